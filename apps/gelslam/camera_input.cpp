@@ -37,7 +37,8 @@ class AfterBackground final : public RawFrameSource {
     const double camera_s = static_cast<double>(count) / rate_hz();
     std::optional<RawFrame> frame;
     if (next_ < count) {
-      if (next_ == 0 && !(first_ = camera_->next())) return frame;  // its time tells when all began
+      // The time of its first frame is the start of the sequence.
+      if (next_ == 0 && !(first_ = camera_->next())) return frame;
       frame = *background_[static_cast<std::size_t>(next_)];
       frame->index = frame->sequence = next_;
       frame->time_s = static_cast<double>(next_) / rate_hz();
@@ -66,9 +67,9 @@ class AfterBackground final : public RawFrameSource {
  private:
   const BackgroundFrames background_;
   const std::unique_ptr<RawFrameSource> camera_;
-  std::optional<RawFrame> first_;  // of the camera, read before it is handed on
+  std::optional<RawFrame> first_;  // First frame of the camera, read before it is delivered.
   std::int64_t next_ = 0;
-  std::optional<std::int64_t> first_sequence_;  // the driver's count need not begin at 0
+  std::optional<std::int64_t> first_sequence_;  // The driver's counter may start at any number.
 };
 
 std::filesystem::path cache_folder() {
@@ -115,7 +116,7 @@ std::string name_by_time() {
 
 void work_beside_window(const std::function<void()>& work, const std::function<void()>& show,
                         const std::function<void()>& stop) {
-  std::future<void> done = std::async(std::launch::async, work);  // waited for where `show` throws, too
+  std::future<void> done = std::async(std::launch::async, work);  // Also waited for if `show` throws.
   try {
     show();
   } catch (...) {
@@ -129,7 +130,7 @@ void work_beside_window(const std::function<void()>& work, const std::function<v
 void use_simulated_model(const std::string& device, std::string& model) {
   if (device != kSimulatedCamera || !model.empty()) return;
   const std::filesystem::path folder = cache_folder();
-  std::error_code failure;  // what follows says it
+  std::error_code failure;  // Errors are reported by the following calls.
   std::filesystem::create_directories(folder, failure);
   write_file_atomically(folder / "simulated_mini.json", mini_model_file());
   model = folder / "simulated_mini.json";

@@ -17,40 +17,41 @@
 
 namespace gelslam {
 
-/// Frames of a camera or log, and what a recording of them should hold beside them; nothing: none is made.
+/// Frames of a camera or log, with the attachments for a recording of them; none if there is no recording.
 struct CameraInput {
   std::unique_ptr<RawFrameSource> frames;
   std::optional<LogAttachments> attachments{};
 };
 
 inline constexpr double kReconnectTimeoutS =
-    60;  ///< how long recordings and scans wait for a camera that was lost
+    60;  ///< How long recordings and scans wait for a camera that was lost.
 
-/// The camera that the configuration names, or `device` if that is not empty; kSimulatedCamera, too.
-/// `reconnect_timeout_s`: CameraOptions. Throws Error like open_camera(), and when Ctrl-C was pressed
-/// meanwhile.
+/// Opens the camera that the configuration names, or `device` if it is not empty, which may be
+/// kSimulatedCamera. `reconnect_timeout_s`: see CameraOptions. Throws Error as open_camera(), and when Ctrl-C
+/// is pressed meanwhile.
 CameraInput open_camera_input(const Config& config, const std::string& device,
                               double reconnect_timeout_s = 0);
 
-/// Where `device` is the simulated camera and no model is named: names its own, a file in the user's cache
-/// folder. Throws Error.
+/// If `device` is the simulated camera and no model is named, sets `model` to its own model, a file in the
+/// user's cache folder. Throws Error.
 void use_simulated_model(const std::string& device, std::string& model);
 
-/// A camera whose first frames are those that were the background of the scan before: the scan has the same
-/// background, and its log can be replayed alone.
+/// Returns a camera whose first frames are the background frames of the previous scan. The new scan then has
+/// the same background, and its log can be replayed on its own.
 std::unique_ptr<RawFrameSource> after_background(BackgroundFrames background,
                                                  std::unique_ptr<RawFrameSource> camera);
 
-/// For what a person did not name: "gelslam-20261120-083000", local time.
+/// Returns a name for output that the user did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();
 
-/// Does `work` on a thread of its own, which never waits for the window that `show` shows on this one. When
-/// that has been closed or has failed, `stop` must make `work` return soon. Throws what either threw.
+/// Runs `work` on its own thread, which never waits for the window that `show` shows on this one. When the
+/// window was closed or has failed, `stop` is called and must make `work` return soon. Throws what either
+/// threw.
 void work_beside_window(const std::function<void()>& work, const std::function<void()>& show,
                         const std::function<void()>& stop);
 
-/// Does once what Ctrl-C asks for, whatever the other threads wait for: a camera may keep next() waiting for
-/// seconds. `ends`: regularly with a camera, early with a log.
+/// Calls `stop` once when Ctrl-C is pressed, even while other threads are blocked: a camera may keep next()
+/// waiting for seconds. `ends` is regularly for a camera, early for a log.
 class InterruptStopper {
  public:
   InterruptStopper(InterruptWatch::Ends ends, std::function<void()> stop)

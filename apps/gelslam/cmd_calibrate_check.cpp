@@ -35,11 +35,11 @@ void print_for_people(const ModelCheck& check, const std::vector<std::string>& f
   for (const std::string& finding : findings) fmt::print("{}\n", finding);
 }
 
-/// Throws Error when red and blue have changed places since the model was made.
+/// Throws Error when red and blue have been exchanged since the model was made.
 std::string drift_since(const CalibrationRecord& record, const PressSet& set) {
   const BackgroundDrift drift = measure_drift(record.background_cells, background_cells(set.background));
   if (!drift.exchanged.empty()) throw Error(quoted(set.folder) + ": " + drift.words);
-  return drift.words;  // the presses show whether it matters
+  return drift.words;  // The check of the presses shows whether it matters.
 }
 
 bool is_trained_on(const CalibrationRecord& record, const PressSet& set, const ModelCheck& check) {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct CollectArguments {
   CollectOptions collect;
-  fs::path input, config;  ///< input: a log, or a calibration folder
+  fs::path input, config;  ///< `input` is a log or a calibration folder.
   std::string device;
   bool quiet = false;
 };
@@ -34,7 +34,7 @@ std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, c
   return arguments.collect.headless ? std::move(log) : pace(std::move(log));
 }
 
-/// The circles of all presses that are there.
+/// Finds the circles of all existing presses.
 LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
   StoppableProgress progress(quiet);
   std::vector<FoundCircle> found;
@@ -47,7 +47,7 @@ LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
   return {std::move(set), std::move(found)};
 }
 
-/// Labels of presses that are there: in a window, or every clear contact as it was found.
+/// Labels existing presses: in a window, or by accepting every clear contact.
 int label_presses(const CollectArguments& arguments, PressWindowOptions window) {
   if (!arguments.collect.folder.empty() || arguments.collect.diameter_mm > 0)
     throw Error(quoted(arguments.input) + " holds presses to be labeled: leave out --output and --diameter");
@@ -59,7 +59,8 @@ int label_presses(const CollectArguments& arguments, PressWindowOptions window) 
   if (arguments.collect.headless) {
     labels.accept_rest();
     labels.save();
-    std::map<std::string, std::vector<std::string>> unclear;  // each reason once
+    // Presses by reason, so that each reason is printed once.
+    std::map<std::string, std::vector<std::string>> unclear;
     for (const PressLabel& label : labels.labels())
       if (label.state == LabelState::open)
         unclear[label.warning].push_back(labels.set().presses[label.press].name);
@@ -84,16 +85,16 @@ int run_collect(CollectArguments& arguments) {
   if (!is_labeling && collect.folder.empty()) throw CLI::RequiredError("--output");
   if (!is_labeling && !(collect.diameter_mm > 0)) throw CLI::RequiredError("--diameter");
   PressWindowOptions window;
-  // Where no window can be opened, no camera should have been disturbed.
+  // Checked first, so that no camera is opened if no window can be.
   if (!collect.headless) viewer::require_display();
   if (is_labeling) return label_presses(arguments, window);
   const Config config = find_config({.log = arguments.input, .config = arguments.config});
   collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
-  collect.keep_optics =  // not what any such sensor has
+  collect.keep_optics =  // True for optics that are specific to this sensor.
       !folder_optics && (config.optics_from == "log" || config.optics_from == "configuration");
-  PressFolder folder(collect.folder, collect.diameter_mm);  // nor with a wrong folder
+  PressFolder folder(collect.folder, collect.diameter_mm);  // Also checked before a camera is opened.
   LabelSession labels = find_circles(folder.earlier(), window.pixel_pitch_mm, arguments.quiet);
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
   const auto say = [&](const std::string& words) {
@@ -111,7 +112,7 @@ int run_collect(CollectArguments& arguments) {
       try {
         session.run();
       } catch (...) {
-        session.close();  // after a log's end the window stays, to be looked at
+        session.close();  // After the end of a log the window stays open.
         throw;
       }
     };

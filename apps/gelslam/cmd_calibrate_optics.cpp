@@ -24,9 +24,9 @@ struct OpticsArguments {
   bool overwrite = false, quiet = false;
 };
 
-constexpr std::int64_t kWantedFrames = 150;  // pairs of them take memory and time
+constexpr std::int64_t kWantedFrames = 150;  // Limited, because pairs of frames take memory and time.
 
-/// Some of a log's frames with their poses in the largest component of the map.
+/// Returns some of a log's frames with their poses in the largest component of the map.
 std::vector<SeenFrame> seen_frames(const LogInput& input, const Config& config, ProgressSink& progress) {
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
@@ -58,7 +58,7 @@ int run_optics(const OpticsArguments& arguments) {
   const std::vector<SeenFrame> frames = seen_frames(arguments.input, config, progress);
   progress.begin("fitting optics", std::nullopt);
   const OpticsFit fit = optics_from_motion(frames);
-  progress.update(0);  // throws where it was stopped
+  progress.update(0);  // Throws if it was stopped.
   progress.end();
   const std::string problem = why_impossible(fit.optics, config.sensor.width_px, config.sensor.height_px,
                                              config.surface.pixel_pitch_mm);

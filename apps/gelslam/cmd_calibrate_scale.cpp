@@ -23,7 +23,7 @@ struct ScaleArguments {
   bool overwrite = false, quiet = false;
 };
 
-/// The largest contact of each second.
+/// Returns the largest contact of each second.
 std::vector<SurfacePtr> largest_touches(const LogInput& input, const Config& config, ProgressSink& progress) {
   StageTimer timer;
   SurfaceStream stream(input, config, timer);

@@ -64,7 +64,7 @@ std::string controls_text(const CameraInfo& camera) {
   return text.str();
 }
 
-/// The program reads these; a driver may have dozens of others.
+/// Formats that the program can read; a driver may have dozens of others.
 bool can_be_read(const CameraMode& mode) {
   return mode.format == "MJPG" || mode.format == "JPEG" || mode.format == "YUYV";
 }
@@ -113,7 +113,7 @@ int run_devices(bool as_json) {
   if (as_json) {
     Json json{{"cameras", Json::array()}};
     for (const CameraInfo& camera : cameras) json["cameras"].push_back(camera_json(camera));
-    // A camera's name may be of any bytes; what is not UTF-8 is replaced instead of refused.
+    // A camera's name may contain any bytes; those that are not UTF-8 are replaced.
     std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << "\n";
   } else {
     std::cout << cameras_text(cameras);
@@ -131,7 +131,7 @@ void add_devices_command(CLI::App& app, int& exit_code) {
       "devices", "List the cameras with their formats, rates and controls; mark the touch sensors");
   const auto as_json = std::make_shared<bool>(false), quiet = std::make_shared<bool>(false);
   command->add_flag("--json", *as_json, "Print one JSON object for another program");
-  add_quiet_flag(*command, *quiet);  // there is only the result
+  add_quiet_flag(*command, *quiet);  // The command prints nothing but the result.
   command->footer("Example: gelslam devices\nExit code 1: there is no camera that can be opened.");
   command->callback([as_json, quiet, &exit_code] { exit_code = run_devices(*as_json); });
 }

@@ -19,7 +19,7 @@ struct EvaluateArguments {
 
 bool compares_meshes(const EvaluateArguments& arguments) { return is_mesh_name(arguments.truth); }
 
-/// A mesh beside a mesh, or a run beside the data folder of its log or a trajectory.
+/// Evaluates a mesh with a true mesh, or a run with the data folder of its log or with a trajectory.
 Evaluation judge(const EvaluateArguments& arguments, ProgressSink& progress) {
   if (compares_meshes(arguments))
     return evaluate({read_mesh(arguments.run), read_mesh(arguments.truth)}, &progress);

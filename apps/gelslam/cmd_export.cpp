@@ -33,12 +33,12 @@ struct ExportArguments {
        quiet = false;
 };
 
-/// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
+/// Thrown at Ctrl-C. It is not an Error, because some of the code takes an Error for a damaged log.
 struct Stopped {};
 
 std::string ending_of(const fs::path& path) { return lower_case(path.extension().string()); }
 
-/// Which of the options that not every format takes are given, as they are written.
+/// Returns those given options that not every format accepts, as they are written on the command line.
 std::set<std::string> chosen_options(const ExportArguments& a) {
   std::set<std::string> given;
   if (!a.units.empty()) given.insert("--units");
@@ -50,7 +50,7 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
   return given;
 }
 
-/// Throws Error for an ending that is none, or an option that has no meaning for it.
+/// Throws Error for an unknown extension, or an option that it does not accept.
 void check_output(const ExportArguments& a) {
   static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece", "--watertight"};
   static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
@@ -72,7 +72,7 @@ void check_output(const ExportArguments& a) {
   check_output_file(a.output, a.overwrite);
 }
 
-/// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
+/// Returns "3 loose pieces: the largest has 97.2 % of the area", or "" for a mesh with a single shell.
 std::string describe_shells(const Mesh& mesh) {
   const MeshShells shells = find_shells(mesh);
   if (shells.area_mm2.size() < 2) return "";
@@ -80,7 +80,7 @@ std::string describe_shells(const Mesh& mesh) {
                      100 * shells.largest_share);
 }
 
-/// A page and a mesh file need a mesh; an MCAP file does without.
+/// Checks that the run contains what the format needs: pages and mesh files need a mesh, MCAP files do not.
 void check_contents(const ExportArguments& a, const RunContents& run) {
   const std::string ending = ending_of(a.output);
   if (ending == ".mcap" || ending == ".tum") {
@@ -92,7 +92,7 @@ void check_contents(const ExportArguments& a, const RunContents& run) {
   }
 }
 
-/// --watertight and --close. False where the surface stays open.
+/// Applies --watertight and --close. Returns false if the surface stays open.
 bool fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                const std::function<void(const std::string&)>& say) {
   WatertightMesh watertight = [&] {
@@ -115,8 +115,8 @@ bool fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progres
   return is_closed;
 }
 
-/// --largest-piece, --watertight and --max-error-mm. `say` hears what became of the mesh. False where it is
-/// to be watertight and is not.
+/// Applies --largest-piece, --watertight and --max-error-mm. `say` is called with descriptions of the result.
+/// Returns false if the mesh should be watertight and is not.
 bool reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                  const std::function<void(const std::string&)>& say) {
   if (run.mesh.triangles.empty()) return true;
@@ -152,7 +152,7 @@ LengthUnit output_unit(const ExportArguments& a) {
   return a.units == "mm" ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
-/// Writes the file; what it holds, in words.
+/// Writes the file and returns a description of its contents.
 std::string write_output(const ExportArguments& a, const RunContents& run, ProgressSink& progress) {
   const std::string ending = ending_of(a.output);
   const MeshColor color = color_of(a, run, ending);

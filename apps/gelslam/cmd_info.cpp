@@ -32,23 +32,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What `gelslam info` says of a file or folder: what it is, whether it is whole, what can be done with it.
+/// Result of `gelslam info` for a file or folder: what it is, whether it is complete, and what can be done
+/// with it.
 struct InfoReport {
   std::filesystem::path path;
   std::string kind;
   std::vector<std::pair<std::string, std::string>> facts = {};  ///< "log": "320x240, 25 Hz, 245 frames"
-  std::vector<std::string> warnings = {};                       ///< what a run lacks
-  std::vector<std::string> problems = {};                       ///< what keeps other commands from using it
-  std::vector<std::string> commands = {};                       ///< "export", "track --map": what takes it
+  std::vector<std::string> warnings = {};                       ///< What a run lacks.
+  std::vector<std::string> problems = {};  ///< Problems that keep other commands from using it.
+  std::vector<std::string> commands = {};  ///< Commands that accept it: "export", "track --map".
 };
 
 const std::vector<std::string> kTakeLogs = {"reconstruct", "scan", "track", "record --from"},
                                kTakeSessions = {"fuse", "scan --continue", "track --map"};
 
-/// Endings of what is written for other programs, or read as a part of a folder.
+/// Extensions of files that are written for other programs, or read only as a part of a folder.
 constexpr const char* kOnlyWritten[] = {".glb", ".npy", ".html", ".g2o", ".csv"};
 
-/// Runs one part of a folder's inspection; what is wrong with it becomes one problem and the rest goes on.
+/// Runs one part of a folder's inspection. An Error becomes a problem in the report, and the inspection goes
+/// on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
   try {
     part();
@@ -74,8 +76,8 @@ std::string times_words(std::int64_t unix_us) {
                      unix_us % 1'000'000);
 }
 
-/// Read to the end: a log that was never closed does not know its length, one that was cut off does not have
-/// it, and any picture may be damaged.
+/// Reads a log to its end, because a log that was not closed does not contain its length, that of a truncated
+/// one is wrong, and any image may be damaged.
 void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profile, ProgressSink& progress) {
   const auto source = open_frame_source(log, profile);
   std::string words = source->description();
@@ -140,7 +142,7 @@ void add_session(InfoReport& report, const fs::path& run) {
   });
 }
 
-/// What reconstruct refuses: most often a log that does not begin with the bare gel.
+/// Checks what `reconstruct` would refuse: most often a log that does not begin with the bare gel.
 void check_beginning(InfoReport& report, const LogInput& input) {
   attempt(report, [&] {
     StageTimer timer;
@@ -198,7 +200,7 @@ InfoReport inspect_presses(const fs::path& folder) {
   InfoReport report{folder, "calibration presses"};
   std::ifstream catalog(folder / "catalog.csv");
   std::string line;
-  std::getline(catalog, line);  // heading
+  std::getline(catalog, line);  // Skips the heading.
   std::size_t presses = 0, missing = 0;
   std::error_code code;
   while (std::getline(catalog, line)) {
@@ -214,7 +216,7 @@ InfoReport inspect_presses(const fs::path& folder) {
   return report;
 }
 
-/// A recorded log, a data folder, a folder of images, or a video.
+/// Inspects a recorded log, a data folder, a folder of images, or a video.
 InfoReport inspect_log(const fs::path& log, int track, ProgressSink& progress) {
   std::error_code code;
   const bool is_folder = fs::is_directory(log, code);
@@ -254,7 +256,8 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
   if (name == "report.json") return inspect_run(folder);
   if (name == "catalog.csv") return inspect_presses(folder);
   InfoReport report{file, ""};
-  if (ending == ".tum" || ending == ".txt") {  // as motion capture and other programs name them
+  // Extensions used by motion capture systems and other programs.
+  if (ending == ".tum" || ending == ".txt") {
     report.kind = "a trajectory";
     report.facts.emplace_back("poses", std::to_string(read_tum(file).size()));
     report.commands = {"evaluate"};
@@ -284,8 +287,8 @@ InfoReport inspect_file(const fs::path& file, int track, ProgressSink& progress)
   return report;
 }
 
-/// Throws Error when `path` is nothing of ours or, for a single file, damaged; a damaged part of a folder is
-/// a problem in the report.
+/// Throws Error when `path` is no file or folder of this program or, for a single file, when it is damaged. A
+/// damaged part of a folder becomes a problem in the report.
 InfoReport inspect(const fs::path& path, int track, ProgressSink& progress) {
   std::error_code code;
   if (!fs::exists(path, code) && !is_matroska(path)) {
@@ -320,7 +323,7 @@ std::string info_json(const InfoReport& report) {
   object["warnings"] = report.warnings;
   object["problems"] = report.problems;
   object["use"] = report.commands;
-  // File names may be of any bytes; what is not UTF-8 is replaced instead of refused.
+  // File names may contain any bytes; those that are not UTF-8 are replaced.
   return object.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

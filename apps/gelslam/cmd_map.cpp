@@ -21,7 +21,7 @@ struct MapArguments {
   bool overwrite = false, quiet = false;
 };
 
-/// How the mesh was read, where that is not plain. `given`: --unit, or "".
+/// Prints the unit in which a mesh was read if it is not obvious. `given` is the value of --unit, or "".
 void say_unit(const std::filesystem::path& mesh, const std::string& given) {
   if (given.empty()) return say_mesh_unit(mesh);
   const std::optional<LengthUnit> noted = noted_unit(mesh);

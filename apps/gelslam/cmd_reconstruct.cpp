@@ -20,7 +20,7 @@ struct ReconstructArguments {
   bool overwrite = false, quiet = false;
 };
 
-/// Live without drops: the same map, to be watched as it grows.
+/// Runs the log as a live scan without dropped frames, which gives the same map and can be watched.
 int run_served(const ReconstructArguments& arguments) {
   LiveArguments live;
   live.log = arguments.settings;

@@ -35,7 +35,7 @@ struct RecordArguments {
   bool resized = false, quiet = false;
 };
 
-/// What a recording says to the person at the terminal, on stderr.
+/// Messages of a recording to the user, on stderr.
 class RecordReport {
  public:
   RecordReport(const std::string& log, bool quiet, const RawFrameSource& source)
@@ -43,13 +43,13 @@ class RecordReport {
     if (!quiet_) print_line("recording " + source_.description() + " (Ctrl-C ends it)");
   }
 
-  /// A sentence of its own line, also when quiet.
+  /// Prints a sentence on its own line, also in quiet mode.
   void say(const std::string& sentence) {
     clear_line();
     print_line("gelslam: " + sentence);
   }
 
-  /// For every frame; draws the progress line now and then, and says warnings that are new.
+  /// Called for every frame. Draws the progress line from time to time, and prints new warnings.
   void count(const RawFrame& frame, const LogRecorderStatus& status) {
     if (frames_++ == 0) first_s_ = frame.time_s;
     last_s_ = std::max(last_s_, frame.time_s);
@@ -66,7 +66,7 @@ class RecordReport {
               << std::flush;
   }
 
-  /// Whether all was recorded.
+  /// Returns whether everything was recorded.
   bool finish(const LogRecorderStatus& status) {
     clear_line();
     if (const std::string warning = source_.warning(); !warning.empty()) say("warning: " + warning);
@@ -74,7 +74,8 @@ class RecordReport {
     if (status.damaged > 0) say("warning: left out " + counted(status.damaged, "damaged picture"));
     if (status.written == 0) say("nothing was recorded");
     if (status.written > 0 && !quiet_) {
-      // The times are those of what was recorded only where that is all.
+      // Duration and rate are printed only if all frames were recorded, as they are those of all received
+      // frames.
       const std::string times = status.written == frames_
                                     ? fmt::format(" in {:.1f} s ({:.2f} Hz)", last_s_ - first_s_, rate_hz())
                                     : "";
@@ -97,14 +98,14 @@ class RecordReport {
   const std::string log_;
   const bool quiet_, terminal_;
   bool drawn_ = false;
-  std::string said_;  // the first warning
+  std::string said_;  // The first warning that was printed.
   std::int64_t frames_ = 0;
   double first_s_ = 0, last_s_ = 0;
   std::chrono::steady_clock::time_point drawn_at_;
 };
 
-/// Looks at a recording's first frames, which should show the bare gel, and warns of what is wrong with them:
-/// while the person can still begin again.
+/// Checks a recording's first frames, which should show the bare gel, and warns about problems while the user
+/// can still begin again.
 class StartCheck {
  public:
   StartCheck(const Config& config, std::function<void(const std::string&)> say_warning)
@@ -113,7 +114,7 @@ class StartCheck {
         say_warning_(std::move(say_warning)),
         decoder_(config_.sensor) {}
 
-  /// Every frame in order; does nothing after the first few.
+  /// Called for every frame in order; has no effect after the first few.
   void look_at(const RawFrame& frame) {
     if (!decoder_) return;
     try {
@@ -125,7 +126,8 @@ class StartCheck {
       }
       if (static_cast<int>(pictures_.size()) < config_.background_frames) return;
       judge();
-    } catch (const Error& error) {  // a size that never fits: the log may be wanted all the same
+      // The size does not fit the profile; the log may be wanted all the same.
+    } catch (const Error& error) {
       say_warning_(error.what());
     }
     decoder_.reset();
@@ -151,7 +153,7 @@ class StartCheck {
   const Config config_;
   ColorGain color_gain_;
   std::function<void(const std::string&)> say_warning_;
-  std::optional<FrameDecoder> decoder_;  // gone once all is said
+  std::optional<FrameDecoder> decoder_;  // Reset when everything has been reported.
   std::vector<cv::Mat3b> pictures_;
 };
 
@@ -169,6 +171,7 @@ CameraInput open_log(const RecordArguments& arguments, const Config& config) {
 void record_all(const RecordArguments& arguments, const Config& config, RawFrameSource& source,
                 LogRecorder& recorder, RecordReport& report) {
   StartCheck check(config, [&](const std::string& warning) { report.say("warning: " + warning); });
+  // A log can be read as slowly as the disk takes its frames; a camera cannot wait.
   const bool can_wait = !arguments.from.empty();
   const InterruptStopper stopper(can_wait ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
                                  [&] { source.stop(); });
@@ -176,7 +179,9 @@ void record_all(const RecordArguments& arguments, const Config& config, RawFrame
     if (stopper.requested() || (arguments.seconds > 0 && next->time_s >= arguments.seconds)) return;
     check.look_at(*next);
     LogRecorderStatus status = recorder.status();
-    if (can_wait && !status.stopped) status.warning.clear();  // a log waits for the disk, as long as it takes
+    // If the source can wait (another log), a slow disk only delays it, so the warning of a full queue does
+    // not apply.
+    if (can_wait && !status.stopped) status.warning.clear();
     report.count(*next, status);
     auto frame = std::make_shared<const RawFrame>(std::move(*next));
     if (can_wait)
@@ -192,8 +197,8 @@ int run_record(RecordArguments& arguments) {
   const fs::path log =
       arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
-  if (fs::exists(log, code))
-    throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
+  // Checked before a camera is opened.
+  if (fs::exists(log, code)) throw Error(log.string() + ": exists already; name another file");
   const Config config = find_config({.log = arguments.from,
                                      .config = arguments.config,
                                      .model = arguments.model,
@@ -202,8 +207,8 @@ int run_record(RecordArguments& arguments) {
                                  ? open_camera_input(config, arguments.device, kReconnectTimeoutS)
                                  : open_log(arguments, config);
   LogRecorderOptions options;
-  if (!arguments.from.empty())
-    options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
+  // A source that can wait does not have to be held in memory as a whole.
+  if (!arguments.from.empty()) options.max_waiting_bytes = 32u << 20;
   options.keep_free_bytes = arguments.keep_free_bytes;
   if (arguments.resized) options.resize_to = config.sensor;
   LogRecorder recorder(std::make_unique<LogWriter>(log, *source.attachments, source.frames->rate_hz()),

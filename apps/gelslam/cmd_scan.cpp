@@ -8,8 +8,8 @@ namespace gelslam {
 namespace {
 
 struct ScanArguments {
-  std::string log;     ///< "": a camera
-  std::string device;  ///< "": the configuration's
+  std::string log;     ///< Empty for a camera.
+  std::string device;  ///< Empty for the configuration's device.
   bool no_log = false, every_frame = false;
   LiveArguments live;
 };

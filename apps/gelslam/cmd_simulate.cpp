@@ -35,8 +35,8 @@ void print_catalog(const std::string& title, const std::vector<CatalogEntry>& en
     std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
 
-/// `truth`: the file, with this text, by which a folder is known to be simulated. A mesh to simulate is an
-/// input, too.
+/// Returns the options of the output folder. `truth` is the file, with the given text, by which a folder is
+/// recognized as simulated. If the object is a mesh file, it must not be overwritten.
 RunFolderOptions folder_options(const SimulateArguments& arguments, const char* truth, const char* text) {
   const std::filesystem::path object = arguments.scan.object.name;
   return {.overwrite = arguments.overwrite,
@@ -54,7 +54,7 @@ SensorOptics optics_of(const std::string& name) {
   return read_optics(name);
 }
 
-/// The same sensor for scans and presses, and one seed for everything.
+/// Sets the same sensor for scans and presses, and one seed for everything.
 void prepare(SimulateArguments& arguments) {
   arguments.scan.object.seed = arguments.scan.motion.seed = arguments.scan.optics.seed = arguments.seed;
   arguments.press_log.seed = arguments.seed;
@@ -62,7 +62,8 @@ void prepare(SimulateArguments& arguments) {
   arguments.press_log.geometry.optics = arguments.scan.geometry.optics = optics_of(arguments.optics);
 }
 
-/// The model that is known for the optics, written into the folder; none for others.
+/// Writes the gradient model that exists for the optics into the folder and returns its path; returns an
+/// empty path for other optics.
 std::filesystem::path model_of(const SimulateArguments& arguments, const std::filesystem::path& folder) {
   if (arguments.optics != "mini" && arguments.optics != "flat") return {};
   write_file_atomically(folder / "model.json",
@@ -75,7 +76,8 @@ void run_scan(SimulateArguments& arguments) {
   StoppableProgress progress(arguments.quiet);
   RunFolder folder(arguments.output, folder_options(arguments, "meta.json", "contact_start_frame"));
   arguments.folder.name = name_of(folder.final_path());
-  const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
+  // Created first, because it checks whether object and motion exist.
+  const Simulator simulator(arguments.scan);
   if (!arguments.quiet) say_mesh_unit(arguments.scan.object.name);
   arguments.folder.model = model_of(arguments, folder.path());
   write_data_folder(folder.path(), simulator, arguments.folder, progress);

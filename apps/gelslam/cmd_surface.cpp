@@ -27,15 +27,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHeightFile = "height_mm.npy";  // also tells our folders from others when overwriting
-constexpr float kShownCurvature = 0.2F;               // 1/pixel, black or white in the picture
+// Also identifies folders of this command when they are overwritten.
+constexpr const char* kHeightFile = "height_mm.npy";
+constexpr float kShownCurvature = 0.2F;  // Curvature in 1/pixel that is shown black or white.
 
 struct SurfaceArguments {
   fs::path image, background, config, model, output;
   bool force = false, overwrite = false, quiet = false;
 };
 
-cv::Mat1b height_picture(const cv::Mat1f& height_mm) {  // deepest black, highest white
+cv::Mat1b height_picture(const cv::Mat1f& height_mm) {  // The lowest point is black, the highest white.
   double lowest = 0.0, highest = 0.0;
   cv::minMaxLoc(height_mm, &lowest, &highest);
   const double scale = 255.0 / std::max(highest - lowest, 1e-6);
@@ -44,7 +45,7 @@ cv::Mat1b height_picture(const cv::Mat1f& height_mm) {  // deepest black, highes
   return picture;
 }
 
-cv::Mat3b normals_picture(const cv::Mat3f& normals) {  // R, G, B = x, y, z from -1..1 to 0..255
+cv::Mat3b normals_picture(const cv::Mat3f& normals) {  // R, G, B = x, y, z, mapped from -1..1 to 0..255.
   cv::Mat3b picture(normals.size());
   std::transform(normals.begin(), normals.end(), picture.begin(), [](const cv::Vec3f& n) {
     const auto level = [](float value) { return cv::saturate_cast<unsigned char>(127.5F * (value + 1.0F)); };
@@ -53,13 +54,13 @@ cv::Mat3b normals_picture(const cv::Mat3f& normals) {  // R, G, B = x, y, z from
   return picture;
 }
 
-cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-gray
+cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-gray.
   cv::Mat1b picture;
   curvature.convertTo(picture, CV_8U, 127.0 / kShownCurvature, 128.0);
   return picture;
 }
 
-/// The whole height map as a mesh in the sensor frame, seen from the object's side.
+/// Returns the whole height map as a mesh in the sensor frame, facing the object.
 Mesh triangulate(const Surface& surface) {
   const int width = surface.height_mm.cols, height = surface.height_mm.rows;
   const CameraModel camera = surface.camera();
@@ -72,7 +73,7 @@ Mesh triangulate(const Surface& surface) {
       mesh.normals.emplace_back(normal[0], normal[1], normal[2]);
       if (u + 1 == width || v + 1 == height) continue;
       const int corner =
-          v * width + u;  // x to the right, y down: this order turns counter-clockwise about +z
+          v * width + u;  // With x to the right and y down, this order is counter-clockwise about +z.
       mesh.triangles.emplace_back(corner, corner + 1, corner + width);
       mesh.triangles.emplace_back(corner + 1, corner + width + 1, corner + width);
     }
@@ -100,7 +101,7 @@ Config config_for(const SurfaceArguments& arguments) {
   return config;
 }
 
-/// Red and blue swapped or upside down is refused; where the background is another gel's, it warns.
+/// Reads an image of the sensor. Throws Error if red and blue are exchanged or the image is upside down.
 cv::Mat3b read_sensor_image(const fs::path& path, const Config& config, bool force) {
   cv::Mat3b picture = fit_to_profile(read_image(path), config.sensor, quoted(path));
   const std::string turned = judge_orientation(picture, config.sensor.device_name);
@@ -110,11 +111,11 @@ cv::Mat3b read_sensor_image(const fs::path& path, const Config& config, bool for
 
 struct CheckedSurface {
   SurfacePtr surface;
-  std::vector<std::string> warnings;  ///< of the background
-  std::string mismatch;               ///< why the picture and the background do not belong together, or ""
+  std::vector<std::string> warnings;  ///< Warnings about the background.
+  std::string mismatch;               ///< Why image and background do not belong together, or "".
 };
 
-/// Background and picture pass through what the first frames of a log do.
+/// Processes background and image in the same way as the first frames of a log.
 CheckedSurface estimate(const SurfaceArguments& arguments) {
   const Config config = config_for(arguments);
   cv::Mat3b background = read_sensor_image(arguments.background, config, arguments.force);
@@ -125,7 +126,8 @@ CheckedSurface estimate(const SurfaceArguments& arguments) {
         "the untouched gel does not look like the background in any light that can be followed: another gel "
         "or sensor";
   StageTimer timer;
-  FrameToSurface frames(config, {}, arguments.force, timer, FrameRange{0, 0});  // a background that is named
+  // The range marks frame 0 as a background named by the user.
+  FrameToSurface frames(config, {}, arguments.force, timer, FrameRange{0, 0});
   frames.push(background, 0);
   if (!frames.has_background())
     throw Error(quoted(arguments.background) + ": " + frames.refusal().reason +
@@ -143,10 +145,11 @@ struct BallDiameter {
   double mm, sigma_mm;
 };
 
-/// Returns the diameter of the ball that fits the middle of the contact, around its deepest point: normals of
-/// a ball of radius R change by -1 / R with the position, which is fitted by weighted least squares. A model
-/// that reads too steep or too flat errs alike all over the contact, so the standard deviation is the whole
-/// residual of the slopes over the slopes themselves. Nothing where that is more than half of the diameter.
+/// Returns the diameter of the ball that fits the middle of the contact, around its deepest point. The
+/// normals of a ball of radius R change by -1 / R with the position; this rate is fitted by weighted least
+/// squares. Slopes that are read too steep or too flat are wrong over the whole contact. As such errors are
+/// correlated, the relative standard deviation is the total residual of the slopes over the slopes
+/// themselves. Returns nothing if it is more than half of the diameter.
 std::optional<BallDiameter> ball_diameter(const Surface& surface) {
   cv::Point deepest;
   cv::minMaxLoc(surface.height_mm, nullptr, nullptr, &deepest);
@@ -171,7 +174,7 @@ std::optional<BallDiameter> ball_diameter(const Surface& surface) {
   const double explained = curvature * curvature * moment,
                residual = squared_slope - sum_slope.squaredNorm() / weights - explained;
   const double relative = std::sqrt(std::max(0.0, residual) / explained);
-  if (!(curvature > 0 && relative < 0.5)) return std::nullopt;  // also NaN
+  if (!(curvature > 0 && relative < 0.5)) return std::nullopt;  // Also true for NaN.
   return BallDiameter{2 / curvature, 2 / curvature * relative};
 }
 

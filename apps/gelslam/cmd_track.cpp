@@ -31,7 +31,7 @@
 namespace gelslam {
 namespace {
 
-/// How the map is shown that the sensor is located in.
+/// Options for showing the map in which the sensor is localized.
 struct MapWindowArguments {
   bool window = false, overwrite = false;
   std::string snapshot;
@@ -47,7 +47,7 @@ struct MapWindowArguments {
     add_overwrite_flag(command, overwrite);
   }
   bool shows_map() const { return window || !snapshot.empty(); }
-  /// Throws Error where the snapshot is refused or there is no display.
+  /// Throws Error when the snapshot may not be written or there is no display.
   WindowOptions window_options() const {
     check_output_file(snapshot, overwrite);
     WindowOptions options;
@@ -59,15 +59,15 @@ struct MapWindowArguments {
 
 struct TrackArguments {
   std::string log, camera;
-  bool is_camera = false;  ///< not a log; `camera` may be "": the configuration's
+  bool is_camera = false;  ///< `camera` may be "": the device of the configuration.
   LogOptions settings;
   std::string map;
-  StreamArguments stream{.target = "-", .format = ""};  ///< format "": tum in a map, else ndjson
+  StreamArguments stream{.target = "-", .format = ""};  ///< Empty format: tum with a map, else ndjson.
   MapWindowArguments window;
   bool quiet = false;
 };
 
-/// What ends the frames early, from any thread, also while they are not open yet.
+/// Ends the frames early, from any thread, even before they are opened.
 class FrameStopper {
  public:
   void watch(const std::shared_ptr<RawFrameSource>& frames) {
@@ -83,7 +83,7 @@ class FrameStopper {
   bool stopped() const { return stopped_; }
 
  private:
-  std::mutex mutex_;  // for frames_
+  std::mutex mutex_;  // Protects frames_.
   std::shared_ptr<RawFrameSource> frames_;
   std::atomic<bool> stopped_ = false;
 };
@@ -95,10 +95,10 @@ MapSnapshot read_map_for(const Config& config, const std::string& map) {
   return session;
 }
 
-/// What is known of a frame; to be called for every frame in order. Its `in_map` is its pose in the output.
+/// Returns a report for a frame; called for every frame in order. Its `in_map` is the pose in the output.
 using FrameLocator = std::function<FrameReport(const SurfaceStream::Item&)>;
 
-/// Poses in the frame of `map`; where it is null, in the frame of the trial.
+/// Poses are in the frame of `map` or, if it is null, in the frame of the trial.
 FrameLocator make_locator(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options) {
   if (map) {
     const auto localizer = std::make_shared<Localizer>(std::move(map), options);
@@ -121,8 +121,8 @@ FrameLocator make_locator(std::shared_ptr<const SurfaceMap> map, const SlamOptio
   };
 }
 
-/// Where a frame's line goes, and what the service shows. Standard output waits for its reader, so that a
-/// log's poses are complete; other readers may lose lines.
+/// Writes the line of each frame and provides the state that the service shows. Standard output waits for its
+/// reader, so that a log's poses are complete; other readers may lose lines.
 class PoseOutlet {
  public:
   PoseOutlet(const StreamArguments& arguments, bool quiet)
@@ -144,7 +144,7 @@ class PoseOutlet {
     watch_ = service_->watch(std::move(scan));
   }
   void write(const std::shared_ptr<const FrameReport>& report, const std::string& source) {
-    if (!service_) {  // not both: a pipe that nobody reads would hold up the service
+    if (!service_) {  // Not both, because a pipe that nobody reads would block the service.
       std::cout << (tum_ ? tum_line(*report) : ndjson_line(*report)) << std::flush;
       return;
     }
@@ -177,20 +177,20 @@ class PoseOutlet {
 
   const bool tum_;
   LineFeed feed_;
-  mutable std::mutex mutex_;  // for what follows
+  mutable std::mutex mutex_;  // Protects the members below.
   LiveStatus status_;
   std::shared_ptr<const FrameReport> touch_;
   std::unique_ptr<HttpService> service_;
   std::shared_ptr<void> watch_;
 };
 
-/// What became of a stream, in a line for who does not read it.
+/// Summary of a stream, printed for users who do not read it.
 struct PoseSummary {
   std::int64_t frames = 0, posed = 0;
-  std::int64_t first_frame = 0;  ///< that had a pose
+  std::int64_t first_frame = 0;  ///< First frame that had a pose.
   double first_s = 0;
   Eigen::Vector3d first_mm = Eigen::Vector3d::Zero();
-  std::map<std::string, int> why_without;  ///< frames with contact, by what was said of them
+  std::map<std::string, int> why_without;  ///< Frames with contact but without a pose, counted by reason.
 
   void add(const FrameReport& report) {
     ++frames;
@@ -218,7 +218,7 @@ struct PoseSummary {
   }
 };
 
-/// All frames of the stream to the outlet and `touches` (may be null), until `stopped`.
+/// Passes all frames of the stream to the outlet and `touches` (may be null), until `stopped`.
 PoseSummary write_poses(SurfaceStream& stream, const FrameLocator& locate, PoseOutlet& outlet,
                         LocatedTouches* touches, const FrameStopper& stopper, ProgressSink& progress) {
   for (const std::string& warning : stream.background_warnings()) warn(warning);
@@ -251,7 +251,7 @@ void check(const TrackArguments& arguments) {
     throw Error("--window and --snapshot need --map; gelslam scan shows a sensor without a map");
 }
 
-/// Of a camera, or of a log, in a window at its own rate.
+/// Opens a camera, or a log; with a window the log is replayed at its own rate.
 SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input, const Config& config,
                           FrameStopper& stopper, StageTimer& timer) {
   if (!arguments.is_camera && !arguments.window.window) return {input, config, timer};
@@ -265,7 +265,7 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
   return {std::make_unique<FrameSource>(frames, name, config.sensor), input, config, timer, ask};
 }
 
-/// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
+/// Returns the mesh in a map's folder or, if there is none, the fused surfaces of `session`. Throws Error.
 ShownMap read_shown_map(const std::string& folder, const MapSnapshot& session, ProgressSink& progress) {
   const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
   ShownMap map{folder, {}, session.gradient_scale.mean()};
@@ -276,7 +276,7 @@ ShownMap read_shown_map(const std::string& folder, const MapSnapshot& session, P
   return map;
 }
 
-/// Shows `touches` while `compute` runs. Throws what that threw, unless it was stopped before it could begin.
+/// Shows `touches` while `compute` runs. Throws what it threw, unless it was stopped before it could begin.
 void compute_in_window(const std::function<void()>& compute, const std::function<void()>& stop,
                        const ShownMap& map, LocatedTouches& touches, WindowOptions options) {
   std::atomic<bool> failed = false, closed = false;
@@ -286,13 +286,13 @@ void compute_in_window(const std::function<void()>& compute, const std::function
       compute();
       touches.have_ended = true;
     } catch (...) {
-      if (closed) return;  // stopped before the background was whole
+      if (closed) return;  // It was stopped before the background was complete.
       failed = true;
       throw;
     }
   };
   const auto show = [&] {
-    lower_thread_priority();  // drawing goes after locating
+    lower_thread_priority();  // Localization has priority over drawing.
     run_map_window(map, touches, options);
   };
   work_beside_window(work, show, [&] {
@@ -309,7 +309,7 @@ int run(TrackArguments& arguments) {
   const Config config = resolve_config(input);
   const bool shows_poses = ::isatty(STDOUT_FILENO) != 0;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
-  FrameStopper stopper;  // beyond the outlet, whose clients may stop it
+  FrameStopper stopper;  // Must outlive the outlet, whose clients may use it.
   PoseOutlet outlet(arguments.stream, arguments.quiet);
   const MapSnapshot map = arguments.map.empty() ? MapSnapshot() : read_map_for(config, arguments.map);
   WindowOptions window = arguments.window.window_options();

@@ -25,7 +25,7 @@ struct ViewArguments {
   bool trajectory = false, graph = false, missing = false, overwrite = false, quiet = false;
 };
 
-/// Width and height: "1280x800". Throws Error.
+/// Parses width and height: "1280x800". Throws Error.
 std::pair<int, int> parse_size(const std::string& text) {
   const auto size = two_numbers(text, 'x');
   if (!size || std::min(size->first, size->second) < 16 || std::max(size->first, size->second) > 8192)
@@ -55,7 +55,7 @@ std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
   return std::nullopt;
 }
 
-/// What can be seen wrong before any window is opened. Throws Error.
+/// Checks what can be wrong before a window is opened. Throws Error.
 void check(const ViewArguments& arguments, const ViewContent& content, const SceneStyle& style) {
   if (!std::isfinite(arguments.time_s.value_or(0))) throw Error("--time needs a number");
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();

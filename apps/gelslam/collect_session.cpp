@@ -41,7 +41,7 @@ void CollectSession::run() {
   std::exception_ptr failure;
   try {
     watch();
-  } catch (...) {  // a camera that is pulled out: the press that is still held is good all the same
+  } catch (...) {  // For example a camera that was unplugged: the press that is still held is kept.
     failure = std::current_exception();
   }
   const std::lock_guard lock(mutex_);
@@ -97,7 +97,7 @@ void CollectSession::add(const ContactCircle& circle) {
   rim_slopes_.push_back(rim_slope(circle.on_ball_px(options_.pixel_pitch_mm), ball_px));
 }
 
-/// What presses of one depth leave out, once there are enough of them to tell.
+/// Returns a warning about missing depths once there are enough presses to tell.
 std::string CollectSession::depth_warning() const {
   constexpr std::size_t enough_to_tell = 9;
   return rim_slopes_.size() < enough_to_tell ? "" : missing_depths(rim_slopes_);
@@ -113,7 +113,7 @@ void CollectSession::keep(const CollectedPress& press) {
        std::to_string(coverage_.wanted()) + "); " + coverage_.advice());
 }
 
-/// Each once, and again when something else was said in between.
+/// Prints each warning once, and again if another one was printed in between.
 void CollectSession::say_warning() {
   const std::string& warning = collector_.status().warning;
   if (warning == warned_) return;

@@ -17,33 +17,34 @@ namespace gelslam {
 
 struct CollectOptions : CollectorOptions {
   std::filesystem::path folder;
-  int presses = 50;          ///< of this ball, those that are there already included
-  bool keep_optics = false;  ///< beside the presses
-  bool headless = false;     ///< ends with enough presses, else when the source ends or with stop()
+  int presses = 50;          ///< Wanted number of presses of this ball, including those that already exist.
+  bool keep_optics = false;  ///< Store the optics beside the presses.
+  bool headless = false;     ///< Ends with enough presses, or when the source ends, or with stop().
 };
 
-/// Brings a source's pictures to a PressCollector, its presses into a folder, and words to people.
+/// Passes a source's images to a PressCollector, stores its presses in a folder, and tells the user what
+/// happens.
 class CollectSession final : public CollectWatch {
  public:
-  /// `folder`: that of the options. `say`: told what happens, line by line, from run()'s thread.
+  /// `folder` must be that of the options. `say` is called with one line for each event, from run()'s thread.
   CollectSession(RawFrameSource& source, const SensorProfile& profile, PressFolder folder,
                  const CollectOptions& options, std::function<void(const std::string&)> say);
 
-  /// Until the source ends, stop() or, if asked for, enough presses; then keeps the press that is still held.
-  /// Throws Error: no bare gel at the start, another sensor than the folder's, a source or disk that fails;
-  /// presses taken before that are kept.
+  /// Runs until the source ends, stop() is called or, if requested, there are enough presses; then stores the
+  /// press that is still held. Throws Error when there is no bare gel at the start, when the sensor is not
+  /// that of the folder, or when the source or the disk fails; presses stored before that are kept.
   void run();
-  void stop();                      ///< from any thread
-  void close() { closes_ = true; }  ///< lets the window close
+  void stop();                      ///< May be called from any thread.
+  void close() { closes_ = true; }  ///< Allows the window to close.
 
   CollectView view() const override;
   std::vector<TakenPress> taken() override;
   void count(const std::vector<ContactCircle>& contacts) override;
   double diameter_mm() const override { return options_.diameter_mm; }
 
-  int taken_now() const;  ///< in this session
+  int taken_now() const;  ///< Presses in this session.
   bool enough() const;
-  std::string summary() const;  ///< what there is, and what is missing
+  std::string summary() const;  ///< What exists, and what is missing.
 
  private:
   void watch();
@@ -59,13 +60,13 @@ class CollectSession final : public CollectWatch {
   SensorProfile profile_;
   CollectOptions options_;
   std::function<void(const std::string&)> say_;
-  mutable std::mutex mutex_;  // of all that follows but the flags
+  mutable std::mutex mutex_;  // Protects everything below except the flags.
   PressCollector collector_;
   PressFolder folder_;
   PressCoverage coverage_;
   std::vector<TakenPress> taken_;
   int taken_now_ = 0;
-  std::vector<double> rim_slopes_;  ///< of all presses of this ball
+  std::vector<double> rim_slopes_;  ///< Of all presses of this ball.
   cv::Mat3b newest_;
   std::string warned_;
   std::int64_t damaged_ = 0;

@@ -15,7 +15,7 @@
 namespace gelslam {
 namespace {
 
-/// "1.5GB" -> "1500000000".
+/// Converts "1.5GB" to "1500000000".
 std::string bytes_of_size(std::string& text) {
   constexpr std::pair<std::string_view, double> units[] = {{"", 1},     {"b", 1},    {"kb", 1e3},
                                                            {"mb", 1e6}, {"gb", 1e9}, {"tb", 1e12}};
@@ -31,7 +31,7 @@ std::string bytes_of_size(std::string& text) {
   return text + " is no size: give a number and its unit (B, kB, MB, GB or TB), as 1.5GB";
 }
 
-/// Puts a whole number down as CLI11 reads it.
+/// Rewrites an integer so that CLI11 reads it correctly.
 template <typename Number>
 CLI::Validator within(Number least, Number most, const char* kind, const std::string& range) {
   const auto check = [least, most, kind, range](std::string& text) -> std::string {
@@ -90,7 +90,7 @@ LogInput LogOptions::input(const std::string& log) const {
 
 std::optional<FrameRange> LogOptions::named_frames() const {
   if (background_frames.empty()) return std::nullopt;
-  constexpr int most = 10000;  // all are held at once
+  constexpr int most = 10000;  // All frames are held in memory at once.
   const auto range = two_numbers(background_frames, '-');
   if (!range || range->second < range->first || range->second - range->first >= most)
     throw Error("--background-frames " + background_frames +
@@ -146,7 +146,8 @@ void check_output_file(const std::filesystem::path& file, bool overwrite) {
   const fs::path folder = file.parent_path();
   if (!folder.empty() && !fs::is_directory(folder))
     throw Error("there is no folder " + quoted(folder) + " to write " + quoted(file.filename()) + " into");
-  if (file.empty() || !fs::exists(file) || fs::is_other(fs::status(file))) return;  // /dev/stdout
+  // For example /dev/stdout.
+  if (file.empty() || !fs::exists(file) || fs::is_other(fs::status(file))) return;
   if (fs::is_directory(file)) throw Error(quoted(file) + " is a folder; name a file");
   if (is_matroska(file) || file.filename() == "session.db")
     throw Error(quoted(file) + " is a recording, which cannot be made again; choose another name");

@@ -6,15 +6,16 @@
 
 namespace gelslam {
 
-/// What the program hands back to the shell.
+/// Exit codes of the program.
 inline constexpr int kExitDone = 0;
-inline constexpr int kExitNotGood = 1;        ///< done, but the result is poor (e.g. never in contact)
-inline constexpr int kExitUserError = 2;      ///< gelslam::Error or a wrong command line
-inline constexpr int kExitInternalError = 3;  ///< our mistake
-/// Plus the signal's number: stopped before the end of its work (130: Ctrl-C). What it has saved stays.
+inline constexpr int kExitNotGood = 1;    ///< Done, but the result is poor (e.g. there was never contact).
+inline constexpr int kExitUserError = 2;  ///< A gelslam::Error or a wrong command line.
+inline constexpr int kExitInternalError = 3;  ///< A bug of this program.
+/// Plus the signal's number: stopped before the end of the work (130: Ctrl-C). What was saved is kept.
 inline constexpr int kExitStoppedBySignal = 128;
 
-/// Options of a command, to be filled by its line; `run` does the work then and returns the exit code.
+/// Returns the options of a command, to be filled by its command line. `run` is then called to do the work
+/// and returns the exit code.
 template <typename Options>
 std::remove_const_t<Options>& options_of(CLI::App& command, int& exit_code, int (*run)(Options&)) {
   const auto options = std::make_shared<std::remove_const_t<Options>>();
@@ -22,9 +23,9 @@ std::remove_const_t<Options>& options_of(CLI::App& command, int& exit_code, int 
   return *options;
 }
 
-/// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
-/// and a function that does the work. Mistakes are thrown as Error; main prints them.
-/// Here and in main.cpp they are in alphabetical order.
+/// Each command is in its own cmd_<name>.cpp, which adds a subcommand with its options, an example as footer,
+/// and a function that does the work. Errors are thrown as Error and printed by main(). Here and in main.cpp
+/// the commands are in alphabetical order.
 void add_calibrate_command(CLI::App& app, int& exit_code);
 void add_devices_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);

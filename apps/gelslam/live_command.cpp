@@ -29,7 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Passes on what a person asks for outside the window: Ctrl-C, once or twice, and --seconds.
+/// Forwards requests to end from outside the window: Ctrl-C, once or twice, and --seconds.
 std::jthread pass_on_stops(LiveSession& session, const InterruptWatch& interrupt, double seconds) {
   return std::jthread([&session, &interrupt, seconds](const std::stop_token& token) {
     const Clock::time_point start = Clock::now();
@@ -44,8 +44,8 @@ std::jthread pass_on_stops(LiveSession& session, const InterruptWatch& interrupt
   });
 }
 
-/// A line in the terminal that is written over, or, where stderr is no terminal, a line for every change of
-/// state.
+/// The status in the terminal: a line that is overwritten or, if stderr is no terminal, a new line for every
+/// change of state.
 class StatusLine {
  public:
   explicit StatusLine(bool quiet) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
@@ -58,7 +58,8 @@ class StatusLine {
   void show(const LiveStatus& s) {
     if (quiet_) return;
     for (const std::string& warning : s.warnings) {
-      std::string kind = warning;  // some count what they warn of; the last word is said at the end
+      // Some warnings contain a count; only the last one of these is printed at the end.
+      std::string kind = warning;
       std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
       if (!kinds_.insert(std::move(kind)).second) continue;
       if (terminal_) std::cerr << "\r\033[K";
@@ -88,7 +89,7 @@ class StatusLine {
   std::set<std::string> kinds_;
 };
 
-/// Returns the warnings that it said.
+/// Returns the warnings that were printed.
 std::vector<std::string> wait_in_terminal(const LiveSession& session, bool quiet) {
   StatusLine line(quiet);
   while (session.status().phase != LivePhase::finished) {
@@ -98,7 +99,7 @@ std::vector<std::string> wait_in_terminal(const LiveSession& session, bool quiet
   return line.warned();
 }
 
-/// `warned`: what was said already.
+/// `warned` are the warnings that were already printed.
 std::string report_text(RunReport r, const LiveStatus& status, const std::vector<std::string>& warned,
                         bool quiet) {
   for (const std::string& said : warned) std::erase(r.warnings, said);
@@ -114,7 +115,7 @@ std::string report_text(RunReport r, const LiveStatus& status, const std::vector
   return text;
 }
 
-/// RUN-2, RUN-3, ...: the first that is not there, nor about to be made (`now`).
+/// Returns RUN-2, RUN-3, ...: the first folder that does not exist and is not about to be created (`now`).
 std::filesystem::path next_run_folder(const std::filesystem::path& folder, const std::filesystem::path& now) {
   const std::filesystem::path clean = folder.has_filename() ? folder : folder.parent_path();
   for (int number = 2;; ++number) {
@@ -169,8 +170,8 @@ LiveOptions LiveArguments::options(const Config& config) const {
 
 namespace {
 
-/// How the window begins. Throws Error where a session with these options could not: the run folder or the
-/// display refuse. Makes nothing, so that no camera is disturbed.
+/// Returns the window's options. Throws Error when a session with these options could not begin, because of
+/// the run folder or the display. Creates nothing, so that no camera is opened in vain.
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
   check_run_folder(options);
   if (std::filesystem::exists(arguments.snapshot)) check_output_file(arguments.snapshot, arguments.overwrite);
@@ -185,7 +186,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   return window;
 }
 
-/// Other programs and browsers that read along.
+/// Other programs and browsers that receive the stream.
 struct Listeners {
   Listeners(const LiveOptions& options, const StreamArguments& arguments, bool quiet)
       : stream(options.stream), mesh(options.mesh_feed) {
@@ -201,7 +202,7 @@ struct Listeners {
     if (mesh) mesh->add(true, {});
   }
   void finish() {
-    if (output && !output->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
+    if (output && !output->finish()) std::cout.setstate(std::ios::badbit);  // main() reports it.
     if (stream) stream->close();
     if (service) service->finish();
   }
@@ -212,7 +213,8 @@ struct Listeners {
   std::unique_ptr<LineOutput> output;
 };
 
-/// `another`: there is a camera for another scan; whether one was asked for goes to `wants_new_scan`.
+/// `another` says whether there is a camera for another scan. A request for one is stored in
+/// `wants_new_scan`.
 WatchedScan watched(LiveSession& session, bool another, std::atomic<bool>& wants_new_scan) {
   WatchedScan scan;
   scan.status = [&session] { return session.status(); };
@@ -232,8 +234,8 @@ struct LiveEnd {
   BackgroundFrames background;
 };
 
-/// Runs work in a thread that began before drawing lowered its priority: threads inherit it. A window that is
-/// there (or null) takes its events meanwhile.
+/// Runs work on a thread that was started before drawing lowered its priority, because threads inherit it. An
+/// existing window (may be null) handles its events meanwhile.
 class UsualPriority {
  public:
   ~UsualPriority() { work_.close(); }
@@ -281,7 +283,8 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, LiveOptions optio
       session->stop();
       std::_Exit(finish());
     });
-    if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);  // stays for the next scan
+    // Kept for the next scan.
+    if (!window.host) window.host = std::make_shared<viewer::WindowHost>(window);
     end.wants_new_scan = run_live_window(*session, window);
     viewer::before_display_loss_ends_it({});
     session->stop();
@@ -300,14 +303,14 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
   const std::filesystem::path first = options.run_folder;
   WindowOptions window = prepare_window(options, arguments);
   Listeners listeners(options, arguments.stream, arguments.quiet);
-  // Before there is anything that must not be left behind, and also between two scans.
+  // Created before there is anything that must not be left behind, and kept between two scans.
   const InterruptWatch interrupt(
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   CameraInput input = open();
   UsualPriority usual_priority;
-  if (!arguments.headless) lower_thread_priority();  // drawing goes after tracking
+  if (!arguments.headless) lower_thread_priority();  // Tracking has priority over drawing.
   int exit_code = kExitDone;
-  for (;;) {  // scan after scan, as long as the person begins another one
+  for (;;) {  // Each iteration is one scan, as long as the user begins another one.
     const std::filesystem::path next_folder =
         options.log.empty() ? next_run_folder(first, options.run_folder) : "";
     window.next_run_folder = next_folder.string();
@@ -317,7 +320,7 @@ int run_live(LiveOptions options, const LiveArguments& arguments, const std::fun
     exit_code = std::max(exit_code, end.exit_code);
     if (!end.wants_new_scan) break;
     input = usual_priority.run(open, window.host.get());
-    if (interrupt.requested()) break;  // before the next scan has a folder
+    if (interrupt.requested()) break;  // Checked before the next scan has a folder.
     input.frames = after_background(std::move(end.background), std::move(input.frames));
     window.picture_folder = options.run_folder = next_folder;
     options.overwrite = false;
@@ -334,7 +337,7 @@ int run_live_log(const std::string& log, const LiveArguments& arguments, bool ev
   options.log = log;
   options.drop_when_behind = !every_frame;
   return run_live(std::move(options), arguments, [&]() -> CameraInput {
-    // A log of another camera is refused before a run folder is made, or replaced.
+    // A log of another camera must be refused before a run folder is created or replaced.
     open_frame_source(log, config.sensor)->next();
     return {pace(open_raw_log(log, config.sensor), every_frame ? Pace::as_taken : Pace::as_recorded)};
   });

@@ -25,8 +25,8 @@ void add_commands(CLI::App& app, int& exit_code) {
     add(app, exit_code);
 }
 
-/// The subcommand (or its subcommand) that was asked for, else the program itself. Its full name is appended
-/// to `name`.
+/// Returns the subcommand (or its subcommand) that was chosen, else the program itself. Its full name is
+/// appended to `name`.
 const CLI::App& chosen_command(const CLI::App& app, std::string& name) {
   name += app.get_name();
   const auto chosen = app.get_subcommands();
@@ -35,7 +35,7 @@ const CLI::App& chosen_command(const CLI::App& app, std::string& name) {
   return chosen_command(*chosen.front(), name);
 }
 
-/// Everything that could have been meant on this command's line: option names and subcommands.
+/// Returns everything that could have been meant on this command line: option names and subcommands.
 std::vector<std::string> known_words(const CLI::App& command) {
   std::vector<std::string> words;
   for (const CLI::Option* option : command.get_options()) {
@@ -62,7 +62,7 @@ int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   const bool lacks_command = command.get_subcommands().empty() && !command.get_subcommands({}).empty() &&
                              command.remaining_size() > 0 && !command.remaining().front().starts_with('-');
   if (!lacks_command && error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
-    return app.exit(error);  // --help, --version
+    return app.exit(error);  // For --help and --version.
   if (lacks_command)
     words = "there is no " + name + " " + command.remaining().front() + did_you_mean(command);
   else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
@@ -102,9 +102,10 @@ int run_and_report(int argc, char** argv) {
     return run(argc, argv);
   } catch (const Error& error) {
     return failed(kExitUserError, error.what());
-  } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
+    // A path that is invalid or may not be accessed.
+  } catch (const std::filesystem::filesystem_error& error) {
     return failed(kExitUserError, error.path1().string() + ": " + error.code().message());
-  } catch (const std::system_error& error) {  // no thread, no file descriptor
+  } catch (const std::system_error& error) {  // For example no thread or file descriptor is left.
     return failed(kExitUserError, std::string("the system refuses: ") + error.what());
   } catch (const std::bad_alloc&) {
     return failed(kExitUserError, no_memory);
@@ -122,8 +123,9 @@ int run_and_report(int argc, char** argv) {
 }  // namespace gelslam
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is a failed write, which is reported and cleaned up
-  cv::setNumThreads(1);           // pictures are small, and our own threads do the work
+  // A file that exceeds its size limit then causes a failed write, which is reported and cleaned up.
+  std::signal(SIGXFSZ, SIG_IGN);
+  cv::setNumThreads(1);  // Images are small, and the program's own threads do the work.
   const int exit_code = gelslam::run_and_report(argc, argv);
   const int signal = gelslam::InterruptWatch::ended_early_by();
   return signal == 0 || exit_code == gelslam::kExitInternalError ? exit_code

@@ -9,16 +9,16 @@
 
 namespace gelslam {
 
-/// Where poses go while they are computed: what `track` and `scan` have in common.
+/// Options of `track` and `scan` for the output of poses while they are computed.
 struct StreamArguments {
-  std::string target;  ///< "-": standard output; "": none
+  std::string target;  ///< "-": standard output; "": none.
   std::string format = "ndjson";
-  ServeOptions serve{};  ///< no address: none
+  ServeOptions serve{};  ///< No address: no service.
   bool surface = false, images = false;
 
-  /// `target` and `format` are the command's defaults.
+  /// `target` and `format` must contain the command's defaults.
   void add_to(CLI::App& command);
-  /// Only of live commands.
+  /// Adds the options of live commands.
   void add_live_to(CLI::App& command);
   bool is_tum() const { return format == "tum"; }
 
@@ -26,10 +26,11 @@ struct StreamArguments {
   void check() const;
 };
 
-/// --serve and --token, also of commands that stream nothing. Returns the first.
+/// Adds --serve and --token, also for commands without a stream. Returns the first option.
 CLI::Option* add_serve_option(CLI::App& command, ServeOptions& serve);
 
-/// Null without an address. Says on stderr what to open, when quiet only if nobody else knows. Throws Error.
+/// Opens the service; null without an address. Prints on stderr which address to open, in quiet mode only if
+/// the user cannot know it otherwise. Throws Error.
 std::unique_ptr<HttpService> open_service(const ServeOptions& serve, LineFeed& lines, const MeshFeed* mesh,
                                           bool quiet);
 

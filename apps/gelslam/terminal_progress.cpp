@@ -39,7 +39,7 @@ std::string progress_line(std::string_view task, std::int64_t done, std::optiona
   line += "  ";
   const double rate_hz = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
   if (total && *total > 0) {
-    // A video's header may promise fewer frames than come.
+    // The header of a video may announce fewer frames than there are.
     const double share = std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
     line += bar(share) + "  " + std::to_string(static_cast<int>(100.0 * share)) + "%  ";
     line += std::to_string(done) + "/" + std::to_string(*total);
@@ -98,8 +98,8 @@ void TerminalProgress::end() {
 
 void TerminalProgress::draw() {
   drawn_s_ = now_s_();
-  // One column is left free: a full line would wrap. "Erase to the end" removes what a longer line left.
-  // In one piece, for others may write to the terminal, too.
+  // One column is left free, because a full line would wrap. "Erase to the end" removes the rest of a longer
+  // line. It is written in one call, as other threads may write to the terminal, too.
   out_ << "\r" + progress_line(task_, done_, total_, drawn_s_ - start_s_, columns_ - 1) + "\x1b[K"
        << std::flush;
 }

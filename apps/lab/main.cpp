@@ -23,13 +23,13 @@ int run(int argc, char** argv) {
   add_localize(lab);
   add_soak(lab);
   add_micro_benchmarks(lab);
-  // After the subcommands, which would inherit it.
+  // Added after the subcommands, which would otherwise inherit it.
   lab.footer(
       "Example: gelslam-lab stability DATA/sequences/track_* -o STUDY && scripts/plot_stability.py STUDY\n"
       "All charts: scripts/results.sh DATA");
   try {
     lab.parse(argc, argv);
-  } catch (const CLI::RuntimeError& error) {  // a study that is done, but has nothing good to show
+  } catch (const CLI::RuntimeError& error) {  // A study that is finished, but without a good result.
     return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return lab.exit(error);
@@ -42,7 +42,7 @@ int run(int argc, char** argv) {
 }  // namespace gelslam::lab
 
 int main(int argc, char** argv) {
-  cv::setNumThreads(1);  // pictures are small, and our own threads do the work
+  cv::setNumThreads(1);  // Images are small, and the program's own threads do the work.
   try {
     return gelslam::lab::run(argc, argv);
   } catch (const std::exception& error) {

@@ -108,7 +108,8 @@ py::array_t<double> times_of(const std::vector<StampedPose>& trajectory) {
 }
 
 py::array_t<double> scaled_array_of(const Matrix6d& rotation_first, double per_mm) {
-  const Matrix6d matrix = translation_first(rotation_first, per_mm);  // symmetric: its rows are its columns
+  // The matrix is symmetric, so row-major and column-major order are the same.
+  const Matrix6d matrix = translation_first(rotation_first, per_mm);
   return py::array_t<double>({6, 6}, matrix.data());
 }
 

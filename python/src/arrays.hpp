@@ -15,24 +15,24 @@ namespace gelslam::python {
 
 namespace py = pybind11;
 
-/// A picture that a user handed over. `bgr` shares the array's memory where its rows are dense.
+/// An image given by the user. `bgr` shares the array's memory if its rows are contiguous.
 struct Picture {
   py::array owner;
   cv::Mat3b bgr;
 };
 
-/// Throws TypeError for what is no array of uint8, Error for another shape than height x width x 3. `name`
-/// stands for the argument in messages.
+/// Converts an array. Throws TypeError if it is not an array of uint8, and Error for a shape other than
+/// height x width x 3. `name` stands for the argument in messages.
 Picture picture_of(const py::object& array, const std::string& name);
 
-/// `__reduce_ex__` of what has a state to pickle, for every protocol: pybind11 ends the interpreter with 0
-/// and 1.
+/// `__reduce_ex__` for classes whose state can be pickled, for every protocol. pybind11 crashes the
+/// interpreter with protocols 0 and 1.
 inline py::tuple reduced(const py::object& self, int /*protocol*/) {
   return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
                         self.attr("__getstate__")());
 }
 
-/// `__setstate__` of a class: throws Error for a state that is none of it.
+/// `__setstate__` of a class: throws Error for an invalid state.
 template <typename Make>
 auto unpickler(const char* name, Make make) {
   return [=](const py::tuple& state) {
@@ -45,13 +45,13 @@ auto unpickler(const char* name, Make make) {
   };
 }
 
-/// A new array that shares the picture's memory.
+/// Returns a new array that shares the image's memory.
 py::array array_of(const cv::Mat3b& bgr);
 
-/// A read-only array over memory that `owner` keeps alive. Strides in bytes.
+/// Returns a read-only array over memory that `owner` keeps alive. Strides are in bytes.
 py::array view(const py::dtype& type, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
                const void* data, const py::handle& owner);
-/// The same over rows of `columns` numbers without gaps.
+/// The same for contiguous rows of `columns` numbers.
 template <class Number>
 py::array rows_view(const Number* data, std::size_t rows, int columns, const py::handle& owner) {
   const auto step = static_cast<py::ssize_t>(sizeof(Number));
@@ -59,17 +59,18 @@ py::array rows_view(const Number* data, std::size_t rows, int columns, const py:
               data, owner);
 }
 
-/// 4x4, translation in meters.
+/// Returns a 4x4 matrix with the translation in meters.
 py::array_t<double> array_of(const Pose& pose_mm);
-/// Throws TypeError or Error when it is no 4x4 rigid motion. `name` stands for the argument in messages.
+/// Converts a 4x4 matrix in meters. Throws TypeError or Error if it is no rigid motion. `name` stands for the
+/// argument in messages.
 Pose pose_of(const py::object& array, const std::string& name);
 
-/// Nx4x4 and N.
+/// Return the poses (Nx4x4) and times (N) of a trajectory.
 py::array_t<double> poses_of(const std::vector<StampedPose>& trajectory);
 py::array_t<double> times_of(const std::vector<StampedPose>& trajectory);
 
-/// Covariances in rad and mm, rotation first, to meters and rad, translation first, as the stream and ROS
-/// have them; the same for information matrices with 1 / `per_mm`.
+/// Converts a covariance in rad and mm with rotation first to meters and rad with translation first, as in
+/// the stream and in ROS. For information matrices, pass 1 / `per_mm`.
 inline constexpr double kMetersPerMm = 1e-3;
 py::array_t<double> scaled_array_of(const Matrix6d& rotation_first, double per_mm);
 

@@ -20,8 +20,8 @@ using OptionalPath = std::optional<std::filesystem::path>;
 
 [[noreturn]] void wait_for_the_end();
 
-/// Takes the GIL. Once the interpreter ends, Python ends a thread that wants it by force, which C++ does not
-/// survive: such a thread waits for the end of the program.
+/// Takes the GIL. Once the interpreter ends, Python terminates a thread that requests it, which C++ code does
+/// not survive. Such a thread therefore waits here for the end of the program.
 template <typename Take>
 void take_gil(const Take& take) {
   try {
@@ -31,8 +31,8 @@ void take_gil(const Take& take) {
   }
 }
 
-/// While it lives, other Python threads run. At the end of the interpreter no call of this module may still
-/// work: the libraries' static objects are destroyed next.
+/// Releases the GIL during its lifetime, so that other Python threads can run. No call of this module may be
+/// active at the end of the interpreter, because the static objects of libraries are destroyed next.
 class WithoutGil {
  public:
   WithoutGil();
@@ -44,8 +44,8 @@ class WithoutGil {
   PyThreadState* state_;
 };
 
-/// Called when the interpreter begins to end: interrupts the calls of other threads (`check_signals`) and
-/// waits until they have ended. Calls that begin later wait for the end of the program.
+/// Called when the interpreter begins to end: interrupts the calls of other threads (check_signals()) and
+/// waits until they have ended. Later calls wait for the end of the program.
 void end_calls();
 
 class WithGil {
@@ -58,13 +58,13 @@ class WithGil {
   std::optional<py::gil_scoped_acquire> gil_;
 };
 
-/// For every class. Without a `__new__` of its own, pickling by protocol 0 or 1 would ask pybind11's base
-/// class, which ends the interpreter.
+/// To be given to every class. Without its own `__new__`, pickling with protocol 0 or 1 would call that of
+/// pybind11's base class, which crashes the interpreter.
 inline const py::custom_type_setup kOwnNew([](PyHeapTypeObject* type) {
   type->ht_type.tp_new = py::detail::pybind11_object_new;
 });
 
-/// Each adds its classes and functions to the module.
+/// Each of these functions adds its classes and functions to the module.
 void bind_surface(py::module_& module);       // Surface, Sensor
 void bind_registration(py::module_& module);  // Registration, register
 void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run, fuse
@@ -73,24 +73,25 @@ void bind_localization(py::module_& module);  // Map, Place, LocatedFrame, Local
 void bind_frames(py::module_& module);        // Log, Recorder, Camera
 void bind_calibration(py::module_& module);   // calibrate
 
-/// The named configuration and model; the default configuration without a name.
+/// Returns the named configuration with the named model; the default configuration if none is named.
 Config config_of(const OptionalPath& config, const OptionalPath& model);
 
-/// Gives a message as a Python warning. With the GIL.
+/// Issues a message as a Python warning. The GIL must be held.
 void warn(const std::string& message);
 
-/// Why a registration failed; of one that succeeded, which motions are not observable; else "".
+/// Returns why a registration failed or, for a successful one, which motions are not observable; else "".
 std::string reason_of(const RegistrationResult& result);
 
-/// Long work calls it without the GIL: throws KeyboardInterrupt after Ctrl-C, which Python delivers to its
+/// Called by long work without the GIL. Throws KeyboardInterrupt after Ctrl-C, which Python delivers to its
 /// main thread only, and Error in other threads once the interpreter ends.
 void check_signals();
 
-/// Progress of work that runs without the GIL. It also lets Ctrl-C in. To be made with the GIL held.
+/// Reports the progress of work that runs without the GIL, and makes it interruptible by Ctrl-C. Must be
+/// created while the GIL is held.
 class PythonProgress final : public ProgressSink {
  public:
-  /// `target`: False or None, True (a line on stderr), or a function of (task, done, total or None). Throws
-  /// TypeError for all else.
+  /// `target` is False or None, True (a line on stderr), or a function of (task, done, total or None). Throws
+  /// TypeError for anything else.
   explicit PythonProgress(py::object target);
   void begin(std::string_view task, std::optional<std::int64_t> total) override;
   void update(std::int64_t done) override;

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 py::tuple tuple_of(const TactileImage& image) { return py::make_tuple(array_of(image.bgr), image.time_s); }
 
-/// One reading of a log from its first picture to its last.
+/// Reads a log once, from its first image to its last.
 class LogReader {
  public:
   LogReader(const fs::path& log, const SensorProfile& profile) : source_(open_frame_source(log, profile)) {}
@@ -46,7 +46,7 @@ class LogReader {
   }
 
  private:
-  std::mutex mutex_;  // of a picture that is being read
+  std::mutex mutex_;  // Held while an image is read.
   std::unique_ptr<FrameSource> source_;
   std::string warning_;
 };
@@ -70,7 +70,7 @@ class Log {
     if (closed_) throw Error("the log is closed");
     return newest_ = std::make_shared<LogReader>(log_, profile_);
   }
-  /// Also of a log that does not note them, by reading it.
+  /// Returns the number of frames. If the log does not contain it, the log is read to count them.
   std::int64_t frames() {
     const std::lock_guard lock(mutex_);
     if (!frames_) {
@@ -149,7 +149,7 @@ too, which are left out. Close it, or use `with`.)")
           "What was not right with the frames of the newest iteration so far, or \"\".");
 }
 
-/// Pictures into a log.
+/// Records images in a log.
 class Recorder {
  public:
   Recorder(const fs::path& path, const OptionalPath& config, const OptionalPath& model, double rate_hz)
@@ -157,7 +157,7 @@ class Recorder {
 
   void write(const cv::Mat3b& bgr, double time_s) {
     const std::lock_guard lock(mutex_);
-    constexpr double kMostS = 1e9;  // where LogWriter clamps
+    constexpr double kMostS = 1e9;  // LogWriter clamps times at this limit.
     if (!(time_s >= 0 && time_s <= kMostS))
       throw Error("time_s is not between 0 and 1e9; count the seconds from the first picture");
     if (time_s < last_s_) throw Error("time_s is before that of the picture before");
@@ -247,7 +247,7 @@ class Camera {
   }
   ~Camera() { close(); }
 
-  /// The next picture that is whole.
+  /// Returns the next complete image.
   std::optional<TactileImage> next() {
     const std::shared_ptr<RawFrameSource> camera = opened();
     const std::lock_guard lock(reading_);

@@ -18,11 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A map that was read, or made of a mesh.
+/// A map that was read, or made from a mesh.
 struct PythonMap {
-  fs::path source;  ///< folder, or mesh file
+  fs::path source;  ///< Folder or mesh file.
   std::vector<PosedSurface> patches;
-  std::optional<MeshMap> made;  ///< of `mesh`
+  std::optional<MeshMap> made;  ///< Set if it was made from `mesh`.
   Mesh mesh{};
 };
 
@@ -93,7 +93,7 @@ std::optional<py::array_t<double>> of_certain(const LocatedFrame& self) {
   return part(self.places().front());
 }
 
-/// Finds the sensor in a map. Calls from several threads wait for each other.
+/// Localizes the sensor in a map. Calls from several threads wait for each other.
 class MapLocalizer {
  public:
   MapLocalizer(std::shared_ptr<Sensor> sensor, const PythonMap& map, ProgressSink& progress)

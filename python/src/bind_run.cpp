@@ -27,7 +27,7 @@ py::array vectors_view(const std::vector<Eigen::Vector3f>& rows, const py::objec
   return rows_view(rows.empty() ? nullptr : rows.front().data(), rows.size(), 3, owner);
 }
 
-/// Of an array that vectors_view() made.
+/// Converts an array that vectors_view() made.
 template <class Number>
 std::vector<Eigen::Matrix<Number, 3, 1>> vectors_of(const py::handle& array) {
   const auto rows = py::array_t<Number, py::array::c_style | py::array::forcecast>::ensure(array);
@@ -66,7 +66,7 @@ py::object open3d_mesh(const py::object& self) {
   return mesh;
 }
 
-/// Its vertices stay those of the arrays: none is merged.
+/// The vertices correspond to those of the arrays, as none are merged.
 py::object trimesh_mesh(const py::object& self) {
   using namespace py::literals;
   const py::object normals = self.attr("normals");
@@ -153,11 +153,12 @@ struct PythonKeyframe {
   double time_s = 0;
   Pose map_T_sensor = Pose::Identity();
   std::optional<Matrix6d>
-      covariance;  ///< of the pose relative to the map's frame; none of a run from a folder
+      /// Covariance of the pose relative to the map's frame; not available for a run from a folder.
+      covariance;
   StoredSurface surface;
 };
 
-/// The scan that a run was made of.
+/// Returns the scan from which a run was made.
 std::shared_ptr<const ScanRecord> scan_of(const PythonRun& self) {
   if (self.run) return {self.run, &self.run->map};
   return std::make_shared<const ScanRecord>(read_scan(self.folder, {}));
@@ -180,7 +181,7 @@ std::vector<PythonKeyframe> keyframes_of(const PythonRun& self) {
   return keyframes;
 }
 
-/// By the times, which are those of the scan's frames, rounded in a file.
+/// Returns the frame numbers of the poses. They are found by time, because times in a file are rounded.
 py::array_t<std::int64_t> frames_of(const PythonRun& self) {
   std::vector<std::int64_t> frames;
   {
@@ -284,7 +285,7 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       });
 }
 
-/// Ctrl-C raises: nothing ends early with a part.
+/// Stop function of work that must not end early with a partial result: Ctrl-C raises an exception.
 bool stop_by_signal() {
   check_signals();
   return false;
@@ -312,7 +313,7 @@ PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const 
   return run;
 }
 
-/// One run, or several that are joined.
+/// Fuses one run, or merges several.
 PythonRun fuse_runs(const std::variant<fs::path, std::vector<fs::path>>& runs, const OptionalPath& output,
                     std::optional<double> voxel_size_mm, std::optional<double> truncation_mm, bool overwrite,
                     const py::object& progress) {

@@ -17,7 +17,7 @@
 namespace gelslam::python {
 namespace {
 
-/// A new scan, or the one in the run folder.
+/// Returns the record of a new scan, or that of the run folder to be continued.
 ScanRecord scan_of(const Sensor& sensor, const OptionalPath& run) {
   if (run) return continue_scan(*run, sensor.config(), "");
   return {.parts = {part_of(sensor.config(), "")}};
@@ -76,7 +76,7 @@ class Slam {
     if (!scan.frames.empty()) times_.begin_after(scan.frames.back().time_s);
   }
 
-  /// Tracking goes on while it is solved.
+  /// Solves the current map; tracking can continue meanwhile.
   SlamMap map_so_far(ProgressSink& progress) const {
     ScanRecord scan;
     {
@@ -97,7 +97,7 @@ class Slam {
   FrameTimes times_;
 };
 
-/// The work without the GIL; Ctrl-C ends it.
+/// Runs work without the GIL; Ctrl-C ends it.
 template <auto work, typename AnySlam>
 auto interruptible(AnySlam& slam) {
   PythonProgress silent{py::none()};

@@ -17,7 +17,7 @@
 namespace gelslam::python {
 namespace {
 
-/// HxW or HxWxC over a map of the surface; the Python object `self` keeps it alive.
+/// Returns an HxW or HxWxC view of a map of the surface; the Python object `self` keeps it alive.
 template <class Mat>
 py::array map_view(const py::object& self, const Mat& mat) {
   using Number = typename cv::DataType<typename Mat::value_type>::channel_type;
@@ -43,7 +43,7 @@ py::array_t<bool> contact_of(const TouchedSurface& surface) {
   return array;
 }
 
-/// Inverts Surface::confidence.
+/// Returns the standard deviation of the slopes (rad), by inverting Surface::confidence.
 py::array_t<float> sigma_of(const TouchedSurface& surface) {
   const Surface& maps = *surface.maps;
   const cv::Mat1b& confidence = maps.confidence.empty() ? maps.contact : maps.confidence;
@@ -80,7 +80,7 @@ py::tuple pickled_surface(const py::object& self) {
       optics.pixel_aspect, optics.camera_distance_mm, optics.gel_dome_per_mm, maps.slope_noise_ratio);
 }
 
-/// Copies what map_view() showed.
+/// Copies an array that map_view() returned back into a map.
 template <class Mat>
 void copy_to(Mat& mat, const py::handle& array) {
   using Number = typename cv::DataType<typename Mat::value_type>::channel_type;
@@ -115,7 +115,7 @@ TouchedSurface unpickled_surface(const py::tuple& state) {
   return {maps, state[9].cast<double>()};
 }
 
-/// What other software measured. Slopes in millimeters per millimeter.
+/// Makes a surface from slopes (mm per mm) that other software measured.
 TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched,
                                  double pixel_pitch_mm, double slope_sigma_rad) {
   constexpr int kMinPx = 16;
@@ -137,7 +137,7 @@ TouchedSurface surface_of_slopes(const cv::Mat1f& gx, const cv::Mat1f& gy, const
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
-/// Shares the array's memory. `channels` of 1: HxW, else HxWxchannels.
+/// Returns a cv::Mat that shares the array's memory. With 1 channel the shape is HxW, else HxWxchannels.
 template <class Mat, class Array>
 Mat mat_of(const Array& array, int channels, const std::string& name) {
   constexpr py::ssize_t kMaxPixelsPerSide = 16384;
@@ -171,8 +171,9 @@ TouchedSurface surface_of_height(const Floats& height_mm, const Flags& contact, 
                                  double slope_sigma_rad) {
   const auto height = mat_of<cv::Mat1f>(height_mm, 1, "height_mm");
   const auto touched = mat_of<cv::Mat1b>(contact, 1, "contact");
-  constexpr double kThickestGelMm =
-      10;  // in meters 0.01: less than any camera sees of a touch in millimeters
+  // Heights given in meters by mistake would be at most 0.01, less than a camera can resolve of a touch
+  // in millimeters.
+  constexpr double kThickestGelMm = 10;
   if (const double deepest = cv::norm(height, cv::NORM_INF, touched);
       deepest > 0 && deepest < 1e-3 * kThickestGelMm)
     warn("height_mm is at most " + short_number(deepest) + " mm in contact: is it in meters?");
@@ -244,7 +245,7 @@ heights first.)")
       });
 }
 
-/// An array, a list of arrays, or the name of an image.
+/// Accepts an array, a list of arrays, or the name of an image file.
 std::vector<Picture> background_of(const py::object& background) {
   if (py::isinstance<py::array>(background)) return {picture_of(background, "background")};
   if (py::isinstance<py::list>(background) || py::isinstance<py::tuple>(background)) {

@@ -10,17 +10,18 @@ namespace gelslam::python {
 
 namespace py = pybind11;
 
-/// A frame that a program may keep for long: without its surface, and with keyframes that are numbers alone.
+/// Returns a report that a program may keep for long: without its surface, and with keyframes that contain
+/// only numbers.
 FrameReport without_surfaces(FrameReport report);
 
-/// One standard deviation along and about x, y, z, for Python.
+/// Convert standard deviations along and about x, y, z to arrays.
 py::array_t<double> sigma_mm_of(const Vector6d& sigma);
 py::array_t<double> sigma_rad_of(const Vector6d& sigma);
 
-/// The times of frames grow.
+/// Checks that the times of frames increase.
 class FrameTimes {
  public:
-  /// Throws Error for a time that does not.
+  /// Throws Error for a time that does not increase.
   void check(double time_s);
   void begin_after(double time_s) { last_time_s_ = time_s; }
 

@@ -8,13 +8,14 @@ namespace {
 
 namespace py = pybind11;
 
-/// Names of files need not be UTF-8.
+/// Raises gelslam.Error. The message may contain file names that are not UTF-8.
 void raise_error(const std::string& message) {
   const auto decoded = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(message.c_str()));
   PyErr_SetObject(py::module_::import("gelslam._core").attr("Error").ptr(), decoded.ptr());
 }
 
-/// What the disk says becomes the same exception as what we say.
+/// Converts errors of the standard library, for example about files, to the same exception as those of
+/// gelslam.
 void translate_errors(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
@@ -25,7 +26,7 @@ void translate_errors(std::exception_ptr thrown) {
   }
 }
 
-/// Memory for what no constructor has made (`__new__`) is asked for when it is first used.
+/// Refuses objects made by `__new__` without a constructor. Their memory is requested at the first use.
 void* refuse_unmade(std::size_t) { throw py::type_error("the object was not made by its constructor"); }
 
 }  // namespace

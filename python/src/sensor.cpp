@@ -44,7 +44,7 @@ Sensor::Sensor(const Config& config)
 TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
   if (!estimator_) throw Error(name + ": this sensor has no model: give surfaces");
   const cv::Mat3b picture = fitted(bgr, name);
-  constexpr double kSameLightLevels = 4.0;  // presses in the background's light differ by 2 at most
+  constexpr double kSameLightLevels = 4.0;  // Presses in the background's light differ by at most 2.
   if (!config_.surface.compensate_light &&
       measure_drift(background_cells(background_), background_cells(picture)).light_change_levels >
           kSameLightLevels) {
@@ -55,7 +55,7 @@ TouchedSurface Sensor::estimate(const cv::Mat3b& bgr, const std::string& name) {
   return {estimator_->estimate(picture), best_sigma_rad_};
 }
 
-/// As a log's frames are: at the configuration's size and brightness.
+/// Brings an image to the size and brightness of the configuration, as for a log's frames.
 cv::Mat3b Sensor::fitted(const cv::Mat3b& bgr, const std::string& name) const {
   cv::Mat3b picture = fit_to_profile(bgr, config_.sensor, name);
   if (config_.color_gain_bgr != std::array<double, 3>{1.0, 1.0, 1.0}) {

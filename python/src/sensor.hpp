@@ -13,29 +13,29 @@
 
 namespace gelslam::python {
 
-/// A surface, and what its confidence is relative to.
+/// A surface with the scale of its confidence.
 struct TouchedSurface {
   SurfacePtr maps;
-  double best_sigma_rad = 0;  ///< standard deviation of a slope where the confidence is 255
+  double best_sigma_rad = 0;  ///< Standard deviation of a slope where the confidence is 255.
 };
 
 /// Throws Error unless the surface has this size and pitch. `name` stands for the argument in messages.
 void require_pixels(const Surface& surface, const cv::Size& size, double pitch_mm, const std::string& name);
 
-/// A sensor with its model and its bare gel. Calls from several threads wait for each other.
+/// A sensor with its gradient model and background. Calls from several threads wait for each other.
 class Sensor {
  public:
   /// Throws Error for a model or a background that cannot be used.
   Sensor(const Config& config, const std::vector<cv::Mat3b>& background);
-  /// Of surfaces that are measured elsewhere: it has no model.
+  /// For surfaces that are measured by other software; such a sensor has no model.
   explicit Sensor(const Config& config);
 
-  /// `name`: of the picture, in messages.
+  /// `name` stands for the image in messages.
   TouchedSurface estimate(const cv::Mat3b& bgr, const std::string& name);
 
   const Config& config() const { return config_; }
   const cv::Mat3b& background() const { return background_; }
-  /// What makes the background doubtful, as sentences.
+  /// Reasons to doubt the background, as sentences.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:

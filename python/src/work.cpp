@@ -14,13 +14,13 @@ namespace {
 
 std::mutex calls_mutex;
 std::condition_variable call_ended;
-int calls = 0;  // under way without the GIL, in all threads
+int calls = 0;  // Number of calls that run without the GIL, in all threads.
 std::optional<std::thread::id> ending_thread;
 
-/// With the mutex held: whether this thread must not work any more.
+/// Says whether this thread must not work any more. The mutex must be held.
 bool has_ended() { return ending_thread && *ending_thread != std::this_thread::get_id(); }
 
-/// `change`: of the number of calls under way. Does not come back once the interpreter ends.
+/// Changes the number of running calls by `change`. Does not return once the interpreter ends.
 void count_calls(int change) {
   {
     const std::lock_guard lock(calls_mutex);
@@ -45,7 +45,8 @@ WithoutGil::~WithoutGil() {
 }
 
 void end_calls() {
-  constexpr std::chrono::seconds kLongest(10);  // for a progress function of the caller's that never returns
+  // Limit for a progress function of the caller that never returns.
+  constexpr std::chrono::seconds kLongest(10);
   PyThreadState* const state = PyEval_SaveThread();
   {
     std::unique_lock lock(calls_mutex);

@@ -8,20 +8,22 @@
 
 namespace gelslam {
 
-/// The methods that NormalFlow (Huang et al., RA-L 2024) is compared with, behind the same interface. Each
-/// aligns the points of both contacts; defaults are the settings published there, as far as they are. All run
-/// on one thread and give the same bits for the same input. Poses come from the method alone, all six axes;
-/// they are judged by judge_pose with `judged_by`.
+/// Registration methods with which NormalFlow (Huang et al., RA-L 2024) is compared, with the same interface.
+/// Each one aligns the points of both contacts; the defaults are the settings published there, as far as they
+/// are known. All run on one thread and give identical results for the same input. All six axes of the pose
+/// come from the method alone; the result is judged by judge_pose() with `judged_by`.
 
-/// Point-to-plane ICP (Chen & Medioni 1992), Open3D's.
+/// Point-to-plane ICP (Chen & Medioni 1992), implementation of Open3D.
 struct IcpOptions {
-  int max_points = 5000;           ///< of each contact, spread evenly over it
-  double max_distance_mm = 100.0;  ///< of a point and its partner: anything on the sensor
+  int max_points = 5000;  ///< For each contact, spread evenly over it.
+  /// Largest distance of corresponding points; the default allows anything on the sensor.
+  double max_distance_mm = 100.0;
   int max_iterations = 30;
-  double relative_tolerance = 1e-6;  ///< of fitness and of the root mean square distance in mm
+  double relative_tolerance = 1e-6;  ///< Relative to fitness and root mean square distance.
 };
 
-/// Fast point feature histograms (Rusu 2009), matched by RANSAC without any start, then ICP; Open3D's.
+/// Fast point feature histograms (Rusu 2009), matched by RANSAC without an initial pose, followed by ICP;
+/// implementation of Open3D.
 struct FpfhOptions {
   int max_points = 5000;
   double feature_radius_mm = 1.0;
@@ -31,42 +33,43 @@ struct FpfhOptions {
   double edge_length_ratio = 0.9;
   double max_distance_mm = 1.0;
   int seed = 1;
-  IcpOptions refinement = {};  ///< its max_points is not used
+  IcpOptions refinement = {};  ///< Its max_points is not used.
 };
 
-/// FilterReg, point to plane (Gao & Tedrake, CVPR 2019): expectation-maximisation in which the target's
-/// points are the centers of a Gaussian mixture, and the expectation is one filtering of the target,
-/// evaluated at the reference's points. Our own, from the paper's mathematics, on a regular grid.
+/// FilterReg, point to plane (Gao & Tedrake, CVPR 2019): expectation maximization in which the target's
+/// points are the centers of a Gaussian mixture. The expectation is computed by filtering the target once,
+/// and evaluated at the reference's points. Implemented here from the paper's equations, on a regular grid.
 struct FilterRegOptions {
   int max_points = 5000;
-  double variance_mm2 = 0.01;   ///< of the Gaussians; kept; from 0.0025 on
-  double tolerance_mm2 = 1e-5;  ///< stop when the mean squared distance changes by less
+  double variance_mm2 = 0.01;   ///< Variance of the Gaussians, which is not changed; at least 0.0025.
+  double tolerance_mm2 = 1e-5;  ///< Iterations end when the mean squared distance changes by less.
   int max_iterations = 50;
-  double outlier_share = 0.0;  ///< of the reference's points that have no partner, 0 to below 1
+  /// Fraction of the reference's points without a corresponding point, 0 to below 1.
+  double outlier_share = 0.0;
 };
 
 Registrar make_icp(const IcpOptions& options, const NormalFlowOptions& judged_by = {});
 Registrar make_fpfh(const FpfhOptions& options, const NormalFlowOptions& judged_by = {});
 Registrar make_filter_reg(const FilterRegOptions& options, const NormalFlowOptions& judged_by = {});
 
-/// The best settings we found for each (docs/results.md).
+/// Return the best settings found for each method (docs/results.md).
 IcpOptions tuned_icp();
 FpfhOptions tuned_fpfh();
 FilterRegOptions tuned_filter_reg();
 
-/// Every method by the name it has on the command line: normalflow, icp, fpfh, filterreg with published
+/// Returns the names of all methods on the command line: normalflow, icp, fpfh, filterreg with published
 /// settings, and icp-tuned, fpfh-tuned, filterreg-tuned.
 const std::vector<std::string>& registrar_names();
 
-/// `options`: NormalFlow's settings, by which the others are judged. Throws Error naming the nearest known
-/// method.
+/// `options` are the settings of NormalFlow, by which the results of the other methods are judged, too.
+/// Throws Error that names the nearest known method.
 Registrar make_registrar(std::string_view name, const NormalFlowOptions& options);
 
 namespace baselines::detail {
 
-/// While it lives, Open3D says nothing, and OpenMP on this thread runs every parallel region with one thread,
-/// even those that ask for as many as the machine has, as Open3D does: times are compared with methods of one
-/// thread, sums come in the same order every time, and RANSAC draws the same numbers.
+/// While it exists, Open3D prints nothing, and OpenMP on this thread runs every parallel region with one
+/// thread, even those that request as many as there are cores, as Open3D does. Times are then comparable with
+/// single-threaded methods, sums have a fixed order, and RANSAC draws the same numbers.
 class SingleThread {
  public:
   SingleThread();

@@ -10,21 +10,22 @@
 
 namespace gelslam::baselines::detail {
 
-/// Points of a contact in mm and their unit normals, in the sensor's frame.
+/// Points of a contact in mm with their unit normals, in the sensor's frame.
 struct ContactPoints {
   std::vector<Eigen::Vector3d> position_mm, normal;
 
   std::size_t size() const { return position_mm.size(); }
 };
 
-/// Fewer points than this are no surface to register.
+/// With fewer points than this, a contact cannot be registered.
 inline constexpr std::size_t kMinPoints = 10;
 
-/// At most `max_points` of the contact's pixels, spread evenly over them in raster order.
+/// Returns at most `max_points` of the contact's pixels, spread evenly over them in raster order.
 ContactPoints contact_points(const Surface& surface, int max_points);
 
-/// A method behind the interface of registration, judged as NormalFlow with these limits. `Method` is made of
-/// a reference and its options; align() finds the pose of a target.
+/// Returns a method with the interface of Registrar. Its results are judged like those of NormalFlow with the
+/// limits `judged_by`. A `Method` is constructed from a reference and its options; align() estimates the pose
+/// of a target.
 template <class Method, class Options>
 Registrar baseline_registrar(const Options& options, const NormalFlowOptions& judged_by) {
   return [=](SurfacePtr reference) {

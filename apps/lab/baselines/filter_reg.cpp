@@ -12,9 +12,9 @@ namespace {
 using namespace baselines::detail;
 
 constexpr double kMinVarianceMm2 =
-    0.0025;  // a finer grid over a whole sensor would not fit in a cache or a budget
+    0.0025;  // A finer grid over a whole sensor would take too much memory and time.
 
-/// One expectation and what the maximisation needs of it.
+/// Normal equations of one maximization step.
 struct PlaneEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
@@ -24,9 +24,9 @@ struct PlaneEquations {
   double mean_squared_mm2() const { return weight > 0 ? squared_mm2 / weight : 0; }
 };
 
-/// Sum over the reference's points of w (n . (x - y))^2 about the present pose, where y and n are the
-/// target's Gaussian means at x, and w the chance that x has a partner at all (Gao & Tedrake 2019, §4: E step
-/// and twist).
+/// Returns the normal equations of the sum over the reference's points of w (n . (x - y))² at the current
+/// pose. y and n are the mean position and normal of the target's Gaussians at x, and w is the probability
+/// that x has a corresponding point at all (Gao & Tedrake 2019, §4: E step and twist).
 PlaneEquations expect(const ContactPoints& reference, const GaussianGrid& target,
                       const Pose& target_T_reference, double outlier_weight) {
   PlaneEquations equations;
@@ -36,7 +36,7 @@ PlaneEquations expect(const ContactPoints& reference, const GaussianGrid& target
     if (near.weight <= 0) continue;
     const Eigen::Vector3d n = near.normal.normalized();
     const double w = near.weight / (near.weight + outlier_weight), distance = n.dot(x - near.position_mm);
-    Vector6d row;  // of a motion in the target's frame: rotation, then translation
+    Vector6d row;  // Derivative with respect to a motion in the target's frame: rotation, then translation.
     row << x.cross(n), n;
     equations.hessian += w * row * row.transpose();
     equations.gradient += w * distance * row;
@@ -47,7 +47,7 @@ PlaneEquations expect(const ContactPoints& reference, const GaussianGrid& target
   return equations;
 }
 
-/// The step that the equations ask for; directions that no plane shows are hardly moved along.
+/// Solves the equations for a step. The damping keeps it small along directions that no plane determines.
 Vector6d maximise(const PlaneEquations& equations) {
   Matrix6d damped = equations.hessian;
   damped.diagonal().array() += 1e-6 * equations.weight;

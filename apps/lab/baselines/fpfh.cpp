@@ -10,7 +10,7 @@ namespace {
 using namespace baselines::detail;
 namespace o3d = open3d::pipelines::registration;
 
-/// A cloud with a histogram for every point; without, where it has too few points.
+/// A point cloud with a feature histogram for every point; null if it has too few points.
 struct DescribedCloud {
   open3d::geometry::PointCloud cloud;
   std::shared_ptr<o3d::Feature> features;

@@ -5,11 +5,11 @@
 namespace gelslam::baselines::detail {
 namespace {
 
-constexpr int kRadius = 2;  // cells; 2.4 sigma of the blur
+constexpr int kRadius = 2;  // In cells; 2.4 standard deviations of the blur.
 constexpr int kMargin = kRadius + 1;
 
 std::array<float, 2 * kRadius + 1> blur_taps() {
-  constexpr double variance = 1.0 - 2.0 / 6.0;  // cells^2
+  constexpr double variance = 1.0 - 2.0 / 6.0;  // In cells².
   std::array<float, 2 * kRadius + 1> taps{};
   double sum = 0;
   for (int i = -kRadius; i <= kRadius; ++i) sum += std::exp(-0.5 * i * i / variance);
@@ -71,7 +71,8 @@ void GaussianGrid::splat(const ContactPoints& points) {
 
 void GaussianGrid::blur() {
   const std::array taps = blur_taps();
-  // The margin keeps every tap of a cell that matters inside; cells at the very ends only wrap into zeros.
+  // Because of the margin, all neighbors of a relevant cell are inside the grid; cells at its ends wrap
+  // around into zeros.
   const std::size_t strides[] = {
       kChannels, kChannels * static_cast<std::size_t>(size_[0]),
       kChannels * static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1])};
@@ -102,7 +103,8 @@ GaussianGrid::Sums GaussianGrid::at(const Eigen::Vector3d& point_mm) const {
     for (std::size_t channel = 0; channel < kChannels; ++channel)
       sum[channel] += c.share[k] * cells_[c.cell[k] + channel];
   if (!(sum[0] > 1e-6F)) return sums;
-  static const double scale = std::pow(2.0 * M_PI, 1.5);  // the blur sums to one, exp() to this
+  // The blur sums to one, and the integral of exp() is this.
+  static const double scale = std::pow(2.0 * M_PI, 1.5);
   sums.weight = scale * sum[0];
   sums.position_mm = origin_mm_ + (Eigen::Vector3f(sum[1], sum[2], sum[3]) / sum[0]).cast<double>();
   sums.normal = (Eigen::Vector3f(sum[4], sum[5], sum[6]) / sum[0]).cast<double>();

@@ -11,7 +11,7 @@ namespace gelslam::baselines::detail {
 
 namespace o3d = open3d::pipelines::registration;
 
-// omp_set_num_threads() would not do: a num_threads clause overrules it.
+// omp_set_num_threads() would not suffice, because a num_threads clause overrides it.
 SingleThread::SingleThread()
     : levels_before_(omp_get_max_active_levels()),
       verbosity_before_(static_cast<int>(open3d::utility::GetVerbosityLevel())) {

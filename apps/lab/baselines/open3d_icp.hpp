@@ -9,11 +9,11 @@ namespace gelslam::baselines::detail {
 
 open3d::geometry::PointCloud to_cloud(ContactPoints points);
 
-/// Both clouds have at least kMinPoints points; `initial` and the answer are target_T_reference.
+/// Both clouds must have at least kMinPoints points. `initial` and the result are target_T_reference.
 Pose align_by_icp(const open3d::geometry::PointCloud& reference, const open3d::geometry::PointCloud& target,
                   const Pose& initial, const IcpOptions& options);
 
-/// A rigid 4x4 matrix as a pose, or `fallback` where it is none.
+/// Converts a rigid 4x4 matrix to a pose; returns `fallback` for any other matrix.
 Pose to_pose(const Eigen::Matrix4d& matrix, const Pose& fallback);
 
 }  // namespace gelslam::baselines::detail

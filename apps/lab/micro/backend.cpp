@@ -1,4 +1,4 @@
-// Times of the pose graph as a live scan sees it: known before, plus one new keyframe or edge.
+// Times of solving the pose graph in a live scan: with a known solution, plus one new keyframe or edge.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -26,8 +26,8 @@ Vector6d noise(std::mt19937_64& random) {
   return xi;
 }
 
-// A ball of 40 mm radius rolled in a spiral: each turn touches the turns before it, so loops join neighbors
-// in time and neighbors in space, as in a real scan.
+// A ball of 40 mm radius that is rolled in a spiral. Each turn touches the previous turns, so edges connect
+// neighbors in time and neighbors in space, as in a real scan.
 Pose pose_on_ball(int keyframe, int per_turn) {
   const double turn = 2 * M_PI * keyframe / per_turn, rise = 0.02 * turn;
   Pose pose = Pose::Identity();

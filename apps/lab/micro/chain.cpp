@@ -1,4 +1,4 @@
-// Cost of one frame of a scan, stage by stage: what has to fit into 40 ms. One thread.
+// Time of each stage for one frame of a scan, on one thread. All stages together must take less than 40 ms.
 
 #include <benchmark/benchmark.h>
 
@@ -11,13 +11,13 @@
 namespace gelslam {
 namespace {
 
-/// Swings through the frames, so that any number of steps is one unbroken scan. It slows down where it turns,
-/// as a hand does: the tracker expects that the motion goes on.
+/// Runs through the frames forward and backward, so that any number of steps is one uninterrupted scan. The
+/// motion slows down where it turns back, as that of a hand does, because the tracker expects it to continue.
 class ToAndFro {
  public:
   explicit ToAndFro(std::size_t count) : last_(static_cast<double>(count - 1)) {}
   std::size_t next() {
-    constexpr double kMax = 8;  // frames per step: 0.1 mm
+    constexpr double kMax = 8;  // Frames per step; 8 frames are 0.1 mm.
     const double phase = 2 * kMax / last_ * step_++;
     return static_cast<std::size_t>(std::lround(0.5 * last_ * (1 - std::cos(phase))));
   }

@@ -11,7 +11,7 @@ namespace {
 struct Arguments {
   std::string filter;
   bool list = false;
-  std::vector<std::string> google;  ///< options of Google Benchmark
+  std::vector<std::string> google;  ///< Options of Google Benchmark.
 };
 
 void run(const Arguments& arguments) {

@@ -1,4 +1,4 @@
-// Cost of registering one frame to a keyframe that is kept, and of preparing a keyframe once. One thread.
+// Time of registering one frame to an existing keyframe, and of preparing a keyframe once, on one thread.
 
 #include <benchmark/benchmark.h>
 
@@ -14,7 +14,7 @@ NormalFlowOptions options_with_samples(const benchmark::State& state) {
   return options;
 }
 
-/// Frames 0.1 mm apart, from the pose of the first: what tracking does 25 times a second.
+/// Frames 0.1 mm apart, starting from the pose of the first one, as in tracking at 25 Hz.
 void normal_flow_with_kept_keyframe(benchmark::State& state) {
   const lab::SimulatedFrames& frames = lab::simulated_frames();
   const NormalFlowOptions options = options_with_samples(state);

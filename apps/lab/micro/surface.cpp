@@ -1,4 +1,4 @@
-// Time of each stage from color to surface at the sensor's own 320x240, one thread.
+// Time of each stage from image to surface at 320x240 pixels, on one thread.
 
 #include <benchmark/benchmark.h>
 

@@ -8,7 +8,7 @@
 namespace gelslam {
 namespace {
 
-/// In the order in which they came, each once.
+/// Returns each name once, in order of first occurrence.
 std::vector<std::string> names_of(const BenchmarkResult& result, std::string BenchmarkRecord::*name) {
   std::vector<std::string> names;
   for (const BenchmarkRecord& record : result)
@@ -18,7 +18,7 @@ std::vector<std::string> names_of(const BenchmarkResult& result, std::string Ben
 
 using Records = std::vector<const BenchmarkRecord*>;
 
-/// `object` empty: of every object.
+/// If `object` is empty, records of all objects are returned.
 Records select_records(const BenchmarkResult& result, const std::string& method, const std::string& object) {
   Records records;
   for (const BenchmarkRecord& record : result)
@@ -26,7 +26,7 @@ Records select_records(const BenchmarkResult& result, const std::string& method,
   return records;
 }
 
-/// Times of frames that were registered at all: the first of a trial was not.
+/// Times of frames that were registered; the first one of a trial was not.
 std::vector<double> times_of(const Records& records) {
   std::vector<double> times;
   for (const BenchmarkRecord* record : records)

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepest = 3;  // data set, object, trial
+constexpr int kDeepest = 3;  // Levels of folders: data set, object, trial.
 
 void collect(const fs::path& folder, int depth, std::vector<fs::path>& trials) {
   if (fs::is_regular_file(truth_file(folder)))

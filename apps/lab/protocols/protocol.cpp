@@ -32,7 +32,7 @@ MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
   const double start_ms = lab::thread_cpu_ms();
   const RegistrationResult result = reference_->register_to(*frame.surface, first_T_last_.inverse());
   const double spent_ms = lab::thread_cpu_ms() - start_ms;
-  // The published protocol has no gates: only what has no overlap at all is a failure.
+  // The published protocol has no acceptance tests; a registration fails only if there is no overlap at all.
   if (result.shared_samples >= options_.registration.min_shared_samples)
     first_T_last_ = result.target_T_reference.inverse();
   return {result.ok(), spent_ms};
@@ -44,10 +44,12 @@ MethodRun::Answer MethodRun::with_tracker(const TrialFrame& frame) {
   const double spent_ms = lab::thread_cpu_ms() - start_ms;
   if (tracked.trial < 0) return {false, spent_ms};
   const bool first_ever = trial_ < 0, same_trial = tracked.trial == trial_;
-  if (!same_trial) first_T_trial_ = first_T_last_;  // nothing says where the new trial lies
+  // The pose of the new trial relative to the old one is not known.
+  if (!same_trial) first_T_trial_ = first_T_last_;
   trial_ = tracked.trial;
   first_T_last_ = first_T_trial_ * tracked.trial_T_frame;
-  // A trial may begin with the frame before, which was lost, where that and this one fit each other.
+  // A trial may begin with the previous frame, which was lost, if that frame and this one can be registered
+  // to each other.
   const bool fits_the_one_before =
       tracked.status == TrackStatus::tracked && tracked.keyframe->frame != tracked.frame;
   return {same_trial || first_ever || fits_the_one_before, spent_ms};

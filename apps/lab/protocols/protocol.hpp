@@ -12,30 +12,33 @@
 namespace gelslam {
 
 enum class Protocol {
-  frame0,     ///< every frame against the first in contact, from the last estimate (Huang et al., RA-L 2024)
-  keyframes,  ///< the Tracker, with keyframes, retries and gates
+  /// Every frame is registered to the first one in contact, starting from the last estimate (Huang et al.,
+  /// RA-L 2024).
+  frame0,
+  keyframes,  ///< The Tracker, with keyframes, relocalization and acceptance tests.
 };
 
-/// What a method said about one frame. Poses are relative to the first frame in contact whose truth is known.
+/// Estimate of a method for one frame. Poses are relative to the first frame in contact with a known true
+/// pose.
 struct FrameEstimate {
   std::int64_t frame = 0;
-  /// False where the method found no pose or calls it no match. What it found is judged all the same under
-  /// frame0; a frame without any pose keeps the last one. Under keyframes, a lost frame keeps the last one,
-  /// and tracking goes on from there.
+  /// False if the method found no pose, or rejects it. With `frame0` a rejected pose is evaluated anyway, and
+  /// a frame without any pose keeps the last one. With `keyframes` a lost frame keeps the last pose, from
+  /// which tracking goes on.
   bool tracked = false;
   Pose first_T_frame = Pose::Identity();
   Pose true_first_T_frame = Pose::Identity();
-  /// processor time of this thread: of a registration (frame0) or a tracker step (keyframes)
+  /// Processor time of this thread, for a registration (frame0) or a tracker step (keyframes).
   double cpu_ms = 0;
 };
 
-/// One method on one trial, frame after frame.
+/// Runs one method on one trial, frame by frame.
 class MethodRun {
  public:
   MethodRun(Registrar registrar, Protocol protocol, const SlamOptions& options);
 
-  /// Frames in order. Those before the first contact say nothing, and so do those without a true pose, which
-  /// the method sees all the same.
+  /// Processes the next frame. Frames before the first contact have no estimate. Frames without a true pose
+  /// have none either, but the method processes them.
   void add(const TrialFrame& frame);
   const std::vector<FrameEstimate>& estimates() const { return estimates_; }
 
@@ -50,9 +53,9 @@ class MethodRun {
   Registrar registrar_;
   Protocol protocol_;
   SlamOptions options_;
-  std::optional<Pose> first_T_start_;  ///< none before the first contact
+  std::optional<Pose> first_T_start_;  ///< Empty before the first contact.
   Pose first_T_last_ = Pose::Identity();
-  std::optional<PreparedReference> reference_;  ///< of the first frame
+  std::optional<PreparedReference> reference_;  ///< Prepared from the first frame.
   Tracker tracker_;
   int trial_ = -1;
   Pose first_T_trial_ = Pose::Identity();

@@ -18,14 +18,14 @@ namespace {
 
 constexpr std::size_t kMinSide = 16, kMaxSide = 4096;
 
-/// One of the arrays that an array is made of along its first index.
+/// Returns one subarray along the first index.
 NpyArray slice(const NpyArray& array, std::size_t index) {
   const auto bytes = static_cast<std::ptrdiff_t>(array.data.size() / array.shape[0]);
   const auto first = array.data.begin() + static_cast<std::ptrdiff_t>(index) * bytes;
   return {array.type, {array.shape.begin() + 1, array.shape.end()}, {first, first + bytes}};
 }
 
-/// The public data's own gradients and masks.
+/// A trial with gradients and masks of the public data.
 class ArraySource final : public TrialFrames {
  public:
   explicit ArraySource(const fs::path& folder)

@@ -13,34 +13,34 @@
 
 namespace gelslam {
 
-/// The folders in a folder, in natural order; none where it is a file.
+/// Returns the subfolders of a folder in natural order; none if it is a file.
 std::vector<std::filesystem::path> subfolders(const std::filesystem::path& folder);
 
-/// A folder with true_start_T_currs.npy.
+/// A trial: a folder with true_start_T_currs.npy.
 struct BenchmarkTrial {
   std::filesystem::path folder;
-  std::string name;    ///< the folder's: "avocado1"
-  std::string object;  ///< the name without the digits at its end: "avocado"
+  std::string name;    ///< Name of the folder: "avocado1".
+  std::string object;  ///< Name without the digits at its end: "avocado".
 };
 
-/// Every trial in the given folders and, where such a folder is none itself, in its sub-folders (three
-/// levels), in natural order. Throws Error when a folder is missing or holds none.
+/// Returns every trial among the given folders; a folder that is no trial is searched for trials in its
+/// subfolders (three levels). In natural order. Throws Error when a folder is missing or contains none.
 std::vector<BenchmarkTrial> find_trials(const std::vector<std::filesystem::path>& folders);
 
-/// One frame as a method sees it, and where the sensor truly was.
+/// A frame as a method gets it, with the true pose of the sensor.
 struct TrialFrame {
-  std::int64_t frame = 0;  ///< from the log's start, background counted
+  std::int64_t frame = 0;  ///< Counted from the start of the log, with the background.
   double time_s = 0;
   SurfacePtr surface;
-  std::optional<Pose> start_T_frame;  ///< none where nothing touches
+  std::optional<Pose> start_T_frame;  ///< Empty without contact.
 };
 
-/// A trial frame by frame: from gradient_maps.npy and contact_masks.npy where it holds both (the public
+/// The frames of a trial: from gradient_maps.npy and contact_masks.npy if it contains both (the public
 /// TactileTracking data: one per true pose, no background), else from its video.
 class TrialFrames {
  public:
   virtual ~TrialFrames() = default;
-  /// Background frames are left out. Nothing at the end.
+  /// Returns the next frame after the background, or nothing at the end.
   virtual std::optional<TrialFrame> next() = 0;
   const Config& config() const { return config_; }
 

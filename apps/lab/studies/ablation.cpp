@@ -1,6 +1,6 @@
-// Study: what each mechanism of the chain is worth. Whole reconstructions, and tracking alone, of every log
-// with everything on and with one mechanism off: errors of poses and mesh, frames that fail silently, how
-// honest the stated standard deviations are, and time.
+// Study: the effect of each mechanism of the system. For every log, whole reconstructions and tracking alone
+// are run with everything on and with one mechanism off. Reported are errors of poses and mesh, undetected
+// errors, the consistency of the stated standard deviations, and times.
 
 #include <algorithm>
 #include <filesystem>
@@ -33,7 +33,7 @@ struct AblationArguments {
   int threads = 1;
 };
 
-/// A log and the set it belongs to. A folder that holds folders is a set of logs.
+/// A log and the set to which it belongs. A folder that contains folders is a set of logs.
 struct Log {
   std::string set;
   fs::path path;
@@ -56,7 +56,7 @@ std::vector<Log> logs_in(const std::vector<fs::path>& data) {
   return logs;
 }
 
-/// Without truth the first frames may show contact: there, background.png beside the log is taken.
+/// Without ground truth, the first frames may show contact. For such a log, background.png beside it is used.
 LogInput input_of(const AblationArguments& arguments, const Log& log, const std::string& model) {
   LogInput input{.log = log.path};
   if (!arguments.config.empty()) input.config = arguments.config;
@@ -76,7 +76,7 @@ std::vector<AblationCase> cases_of(const AblationArguments& arguments) {
   return cases;
 }
 
-/// The chain with everything on first.
+/// Returns the variants, beginning with the complete system.
 std::vector<Variant> variants_of(const AblationArguments& arguments) {
   std::vector<Variant> variants = {{kBaseline, {}}};
   const bool all = arguments.only.empty() && arguments.set.empty();
@@ -86,7 +86,7 @@ std::vector<Variant> variants_of(const AblationArguments& arguments) {
   for (const std::string& text : arguments.set) variants.push_back(parse_variant(text));
   std::set<std::string> names;
   for (const Variant& variant : variants) {
-    with_settings(Config{}, variant);  // mistakes are said before the work begins
+    with_settings(Config{}, variant);  // Reports errors before the work begins.
     if (!names.insert(variant.name).second) throw Error("two variants are called " + variant.name);
   }
   return variants;
@@ -107,7 +107,8 @@ class Results {
     std::string failure;
     try {
       rows = measure_case(measured, variants);
-    } catch (const std::exception& error) {  // the other logs are worth hours
+      // An error in one log must not end the study, because the other logs take hours.
+    } catch (const std::exception& error) {
       failure = error.what();
     }
     const std::lock_guard lock(mutex_);

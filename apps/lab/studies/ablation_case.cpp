@@ -23,9 +23,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using OptionalPose = std::optional<Pose>;
 
-/// What the tracker's poses are worth the moment they are said. A frame fails silently when along an axis
-/// that it calls observable it is more than 1 mm or 5 degrees off and further than two of its own standard
-/// deviations.
+/// Evaluates the tracker's poses at the time at which they are reported. A frame has an undetected error if,
+/// along an axis reported as observable, it is more than 1 mm or 5 degrees off and further than two of its
+/// own standard deviations.
 class LiveTracking {
  public:
   explicit LiveTracking(const SlamOptions& options) : map_(options.gradient_scale) {}
@@ -47,8 +47,9 @@ class LiveTracking {
 
   int tracked() const { return tracked_; }
   int undetected() const { return undetected_; }
-  /// Median over the frames of the error over its standard deviation (root mean square over the observable
-  /// axes): near 1 where the standard deviations are honest, larger where they are too small.
+  /// Returns the median over the frames of error over standard deviation (root mean square over the
+  /// observable axes). It is near 1 if the standard deviations are consistent, and larger if they are too
+  /// small.
   double error_over_sigma() const { return median(errors_over_sigma_); }
 
  private:
@@ -66,7 +67,7 @@ class LiveTracking {
       if (!observable[static_cast<std::size_t>(axis)]) continue;
       const double limit = axis < 3 ? kWrongMm : kWrongDeg / kDegreesPerRadian;
       is_wrong = is_wrong || std::abs(error[axis]) > std::max(limit, 2 * sigma[axis]);
-      if (sigma[axis] <= 0) continue;  // the first frame of a trial
+      if (sigma[axis] <= 0) continue;  // This is the case in the first frame of a trial.
       squares += std::pow(error[axis] / sigma[axis], 2);
       ++axes;
     }
@@ -87,7 +88,7 @@ double total_ms(const StageTimer& timer, const std::vector<std::string>& stages)
   return sum;
 }
 
-/// The map's mesh against the true one, at the known pose.
+/// Returns the error of the map's mesh compared with the true one, at the known pose.
 double mesh_error_mm(const SlamMap& map, const Config& config, const GroundTruth& truth,
                      const Pose& start_T_map) {
   const Mesh mesh = fuse_map(map, config.slam.fusion);
@@ -120,7 +121,7 @@ void add_map_errors(Json& row, const SlamMap& map, const Config& config, const G
           *truth.start_T_currs[static_cast<std::size_t>(reference)] * pose.map_T_sensor.inverse());
 }
 
-/// The whole chain of one variant.
+/// Runs the complete system for one variant.
 Json measure(const AblationCase& measured, const std::string& variant, const Config& config) {
   std::optional<GroundTruth> truth;
   if (std::filesystem::exists(truth_file(measured.input.log))) truth = read_ground_truth(measured.input.log);

@@ -10,36 +10,36 @@
 
 namespace gelslam::lab {
 
-/// The chain with some keys of its configuration set, mostly so that a mechanism is off.
+/// The system with some keys of its configuration changed, usually to turn a mechanism off.
 struct Variant {
   std::string name;
-  std::vector<std::pair<std::string, std::string>> settings;  ///< key, value
+  std::vector<std::pair<std::string, std::string>> settings;  ///< Pairs of key and value.
 };
 
-/// One for every mechanism that an option switches off.
+/// Returns one variant for every mechanism that an option can turn off.
 std::vector<Variant> mechanism_variants();
 
-/// Reads "name: key=value, key=value". Throws Error.
+/// Parses "name: key=value, key=value". Throws Error.
 Variant parse_variant(const std::string& text);
 
-/// A key that occurs in several sections is written section.key. Throws Error on an unknown or ambiguous key
-/// and on a value that the configuration refuses.
+/// Applies the settings of a variant. A key that occurs in several sections is written as section.key. Throws
+/// Error for an unknown or ambiguous key and for a value that the configuration refuses.
 Config with_settings(const Config& config, const Variant& variant);
 
-/// A log that every variant is measured on.
+/// A log on which every variant is measured.
 struct AblationCase {
-  std::string set, sequence, model;  ///< as the tables name them
+  std::string set, sequence, model;  ///< Names in the tables.
   LogInput input;
-  Config config;  ///< of resolve_config(input)
+  Config config;  ///< From resolve_config(input).
 };
 
-/// One row per variant, with the same keys. Errors, undetected ones too, are null where the log has no truth.
-/// Throws Error.
+/// Returns one row per variant, with the same keys. Errors, including undetected ones, are null if the log
+/// has no ground truth. Throws Error.
 Json measure_case(const AblationCase& measured, const std::vector<Variant>& variants);
 
-/// Each row of the study beside the first of the same log and model: what the variant does without is
-/// worth `error` (error without it over error with it; below 1 it harms), and so on. `baseline` is the name
-/// of the variant with everything on.
+/// Compares each row of the study with that of the baseline for the same log and model. `error` is the error
+/// without the mechanism over the error with it (below 1 the mechanism does harm); the other columns are
+/// formed in the same way. `baseline` is the name of the variant with everything on.
 Json ablation_ratios(const Json& rows, const std::string& baseline);
 
 }  // namespace gelslam::lab

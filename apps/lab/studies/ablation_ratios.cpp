@@ -11,7 +11,7 @@ using Key = std::vector<std::string>;
 
 Key key_of(const Json& row) { return {row["set"], row["sequence"], row["model"]}; }
 
-/// Null where one of both is missing.
+/// Null if one of both is missing.
 Json ratio(const Json& without, const Json& with) {
   constexpr double kMin = 1e-9;
   if (!without.is_number() || !with.is_number()) return nullptr;

@@ -7,7 +7,8 @@
 namespace gelslam::lab {
 namespace {
 
-/// `yaml` as write_config() writes it: a line per key, sections without a value.
+/// Replaces a value in `yaml`, which must be as written by write_config(): one line per key, sections without
+/// a value.
 std::string replaced(const std::string& yaml, const std::string& key, const std::string& value,
                      const std::string& variant) {
   const auto dot = key.find('.');
@@ -44,7 +45,7 @@ std::vector<Variant> mechanism_variants() {
           {"relocalization", {{"relocalize", "false"}}},
           {"overlap edges", {{"refine_pairs_per_keyframe", "0"}}},
           {"patience", {{"patience_s", "0"}}},
-          // Of models that state their optics nothing is switched off.
+          // This has no effect for models that contain their optics.
           {"lens", {{"lens_k1", "0"}, {"lens_center_px", "[0, 0]"}, {"pixel_aspect", "1"}}},
           {"perspective", {{"camera_distance_mm", "0"}}},
           {"dome", {{"gel_dome_per_mm", "[0, 0]"}}}};
@@ -56,7 +57,7 @@ Variant parse_variant(const std::string& text) {
   std::istringstream settings(colon == std::string::npos ? "" : text.substr(colon + 1));
   for (std::string setting, more; std::getline(settings, setting, ',');) {
     while (setting.find('[') != std::string::npos && setting.find(']') == std::string::npos &&
-           std::getline(settings, more, ','))  // a list's own commas
+           std::getline(settings, more, ','))  // Commas within a list.
       setting += "," + more;
     const auto equals = setting.find('=');
     if (equals == std::string::npos) break;

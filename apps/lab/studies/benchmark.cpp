@@ -22,7 +22,7 @@ struct BenchmarkArguments {
   std::filesystem::path out;
 };
 
-/// Every method sees the same frames of every trial.
+/// Runs all methods on the same frames of every trial.
 BenchmarkResult run_benchmark(const BenchmarkArguments& arguments) {
   const std::vector<BenchmarkTrial> trials = find_trials(arguments.data);
   const Protocol protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;

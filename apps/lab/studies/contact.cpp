@@ -1,4 +1,4 @@
-// Study: how well the contact that is read from pictures agrees with the true one of simulated scans.
+// Study: agreement of the contact detected in images with the true one of simulated scans.
 
 #include <algorithm>
 #include <filesystem>
@@ -31,7 +31,7 @@ cv::Mat1b true_contact(const fs::path& folder, const TactileImage& image, cv::Si
   return contact;
 }
 
-/// Pixels of one picture.
+/// Numbers of pixels in one image.
 struct Overlap {
   int touched = 0, read = 0, both = 0;
 
@@ -41,7 +41,8 @@ struct Overlap {
   double not_touched() const { return share(read - both, read); }
 };
 
-/// Where the picture shows the gel. The truth looks along z, and the camera does not.
+/// Compares where the image shows the gel. The true contact is given along z, while the camera sees it in
+/// perspective.
 Overlap compare(const Surface& surface, const cv::Mat1b& truth) {
   const CameraModel camera = surface.camera();
   const CameraModel along_z{camera.size, camera.pitch_mm};
@@ -64,7 +65,7 @@ double mean(const std::vector<double>& values) {
          static_cast<double>(std::max<std::size_t>(1, values.size()));
 }
 
-/// Of one scan, as reconstruct reads it.
+/// Measures one scan in the way `reconstruct` reads it.
 Json measure(const fs::path& folder, const fs::path& model) {
   const LogInput input{.log = folder, .model = model};
   StageTimer timer;

@@ -20,7 +20,7 @@ double largest(const Eigen::Vector3d& error, const bool* observable) {
 }  // namespace
 
 Tally judge_result(const RegistrationProblem& problem, const RegistrationResult& result) {
-  // Both are target_T_reference: what is left between them is along the target's axes.
+  // Both are target_T_reference, so their difference is along the target's axes.
   const Pose gap = result.target_T_reference * problem.truth.inverse();
   const bool* observable = result.observable.data();
   const double shown_mm = largest(gap.translation(), observable),

@@ -7,16 +7,16 @@
 
 namespace gelslam::lab {
 
-/// From here on a pose is wrong, in every study.
+/// Beyond these errors a pose counts as wrong, in all studies.
 inline constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
 
-/// What answers are worth: how many of them are.
+/// Numbers of results by quality.
 struct Tally {
   int cases = 0;
-  int right = 0;        ///< within 0.3 mm and 2 degrees
-  int shown_right = 0;  ///< the same along every axis that was reported observable
+  int right = 0;        ///< Within 0.3 mm and 2 degrees.
+  int shown_right = 0;  ///< The same, but only along the axes reported as observable.
   int tracked = 0;
-  int undetected = 0;  ///< tracked, but off by more than 1 mm or 5 degrees along such an axis
+  int undetected = 0;  ///< Accepted, but off by more than 1 mm or 5 degrees along such an axis.
 
   void add(const Tally& other) {
     cases += other.cases;
@@ -28,10 +28,10 @@ struct Tally {
   double share(int count) const { return cases == 0 ? 0.0 : static_cast<double>(count) / cases; }
 };
 
-/// Of one answer.
+/// Judges one result.
 Tally judge_result(const RegistrationProblem& problem, const RegistrationResult& result);
 
-/// Of the frames in the map, counted from the end of the background.
+/// Returns the poses of the frames in the map; frames are counted from the end of the background.
 std::vector<IndexedPose> poses_of(const SlamMap& map, int background_frames);
 
 }  // namespace gelslam::lab

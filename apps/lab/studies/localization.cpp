@@ -1,6 +1,6 @@
-// Study: the sensor's place in a known map, from maps of runs and of meshes, on touches with truth. How often
-// is it found at the first touch and after rolling on, how exactly, how fast, and is anything given as
-// certain that is wrong?
+// Study: localization in known maps, made of runs and of meshes, with touches of known pose. Reported: how
+// often the pose is found at the first touch and after rolling on, its accuracy, the time, and whether a
+// wrong pose is reported as certain.
 #include <cmath>
 #include <ctime>
 #include <iostream>
@@ -27,7 +27,8 @@ namespace {
 constexpr float kMapMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
 constexpr double kFrameS = 0.04;
 constexpr int kMapFrames = 300;
-constexpr int kRollFrames = 24, kRollStride = 2;  // from one touch on: about two more that show other places
+// After a touch: enough for about two more touches of other places.
+constexpr int kRollFrames = 24, kRollStride = 2;
 
 struct LocalizationArguments {
   std::vector<std::string> objects = {"pebble", "peanut", "pebble:2", "peanut:2", "coin",
@@ -59,14 +60,14 @@ std::vector<Pose> motion(const Object& object, int frames, std::uint64_t seed) {
   return make_motion(spec, *object.shape, object.coarse, {});
 }
 
-/// What the program reads when the object is pressed on the simulated sensor.
+/// The simulated sensor: reads surfaces in the way the program does.
 class Sensor {
  public:
   explicit Sensor(const GradientModel& model)
       : model_(model), optics_({}, {}), background_(bare_gel(optics_)) {
     restart();
   }
-  /// Forgets how the light has changed.
+  /// Resets the tracking of changes of light.
   void restart() { estimator_.emplace(model_, background_, SurfaceOptions{}); }
   SurfacePtr read(const Shape& shape, const Pose& sensor_T_object) {
     return estimator_->estimate(optics_.render(press_object(shape, sensor_T_object, {}), ++picture_, true));
@@ -80,7 +81,7 @@ class Sensor {
   std::int64_t picture_ = 0;
 };
 
-/// A map, and where the object lies in it.
+/// A map, with the pose of the object in it.
 struct StudyMap {
   std::string kind;
   std::shared_ptr<const SurfaceMap> map;
@@ -118,7 +119,7 @@ PoseError error_of(const PlaceHypothesis& found, const Pose& map_T_sensor) {
   return {error.translation().norm(), rotation_angle_rad(error) * 180 / M_PI};
 }
 
-/// What the trials in one map gave.
+/// Results of the trials in one map.
 struct Score {
   int trials = 0, frames = 0, first_right = 0, first_sure = 0, later_sure = 0, sure_wrong = 0;
   std::vector<double> mm, deg, first_ms, hypotheses;
@@ -133,13 +134,14 @@ struct Score {
   }
 };
 
-/// A touch, and what follows when the object is rolled on.
+/// A touch, and the following frames while the object is rolled on.
 struct Trial {
   std::vector<Pose> sensor_T_object;
   std::vector<SurfacePtr> surfaces;
 };
 
-/// Somewhere in another motion than that of the map, twisted by any angle and tilted a little.
+/// Makes a trial at a random pose of another motion than that of the map, with a random twist and a small
+/// tilt.
 Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& sensor,
                  std::mt19937_64& random) {
   const auto uniform = [&random](double low, double high) {
@@ -151,7 +153,8 @@ Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& s
   held.rotate(Eigen::AngleAxisd(uniform(-M_PI, M_PI), Eigen::Vector3d::UnitZ()));
   held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitX()));
   held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitY()));
-  const double y_mm = uniform(-1, 1), x_mm = uniform(-1, 1);  // operands would have no order
+  // In two statements, because operands are evaluated in no defined order.
+  const double y_mm = uniform(-1, 1), x_mm = uniform(-1, 1);
   held.pretranslate(Eigen::Vector3d(x_mm, y_mm, 0));
   const double depth_mm = uniform(0.8, 1.2) * ordinary_indentation_mm(object.shape->kind());
   Trial trial;
@@ -165,7 +168,7 @@ Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& s
   return trial;
 }
 
-/// Only trials whose first touch the map shows are scored; none may be certain and wrong.
+/// Scores a trial if the map shows its first touch, and counts poses that are certain and wrong.
 void judge(const Trial& trial, const StudyMap& map, Score& score) {
   if (trial.surfaces.empty() ||
       trial.surfaces.front()->contact_pixels < TrackerOptions{}.contact_threshold_px)
@@ -178,7 +181,7 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
   Localizer localizer(map.map, {});
   bool sure = false;
   for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {
-    const std::clock_t start = std::clock();  // processor time: other work on the machine does not count
+    const std::clock_t start = std::clock();  // Processor time, which does not include other programs.
     const Localization found =
         *localizer
              .process(static_cast<std::int64_t>(k), kRollStride * kFrameS * static_cast<double>(k),

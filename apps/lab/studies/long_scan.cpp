@@ -1,6 +1,6 @@
-// Study: what a long scan costs. A scan that lifts off and comes back is simulated picture by picture,
-// nothing is stored, and goes through the chain as a log would. Reported along the scan: keyframes, time and
-// memory; at its end: loops, components, errors against the truth, and how long closing the map took.
+// Study: cost of a long scan. A scan with interruptions of contact is simulated image by image without
+// storing it, and processed like a log. Reported along the scan: keyframes, time and memory; at its end:
+// loops, components, errors compared with the truth, and the time for the final solve.
 
 #include <sys/resource.h>
 
@@ -30,8 +30,8 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr double kSize = 3.3;  // of the pebble, whose own is 21 mm
-constexpr int kReports = 20;   // rows of the table
+constexpr double kSize = 3.3;  // Scale of the pebble, which is 21 mm long.
+constexpr int kReports = 20;   // Number of rows of the table.
 
 struct LongScanArguments {
   int frames = 5000;
@@ -48,7 +48,7 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-/// The frames of a simulation in order; a few are drawn ahead on other threads.
+/// The frames of a simulation in order; some are rendered in advance on other threads.
 class Pictures {
  public:
   explicit Pictures(const Simulator& simulator) : simulator_(simulator) {}
@@ -69,10 +69,11 @@ class Pictures {
   std::deque<std::future<SimulatedFrame>> drawn_;
 };
 
-/// What happened since the last row of the table.
+/// Sums since the last row of the table.
 struct Stretch {
   int frames = 0, tracked = 0, lost = 0, keyframes = 0;
-  double surface_ms = 0, frame_ms = 0, keyframe_ms = 0;  // frame: without keyframes
+  // frame_ms is the time of frames without a new keyframe.
+  double surface_ms = 0, frame_ms = 0, keyframe_ms = 0;
 
   Json row(std::int64_t frame, int all_keyframes, int trials, double memory_before_mb) const {
     const auto mean = [](double sum, int count) { return count > 0 ? Json(sum / count) : Json(); };
@@ -93,10 +94,10 @@ struct Scan {
   std::vector<std::optional<Pose>> truth;
   Json rows = Json::array();
   int keyframes = 0, trials = 0, wrong_frames = 0;
-  double memory_before_mb = resident_memory_mb();  // the simulation's
+  double memory_before_mb = resident_memory_mb();  // Memory of the simulation.
 };
 
-/// Whether the frame is not where its keyframe says.
+/// Says whether the pose of the frame relative to its keyframe is wrong.
 bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>>& truth) {
   if (tracked.status != TrackStatus::tracked) return false;
   const auto at = [&](std::int64_t frame) { return truth[static_cast<std::size_t>(frame)]; };
@@ -106,7 +107,7 @@ bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>
   return error.translation().norm() > kWrongMm || rotation_angle_rad(error) > kWrongDeg * M_PI / 180.0;
 }
 
-/// Feeds all frames to `slam`, and notes the truth and the costs.
+/// Processes all frames with `slam`, and records the truth and the costs.
 Scan run_scan(const Simulator& simulator, const std::filesystem::path& out, GelSlam& slam) {
   SurfaceEstimator estimator(flat_sensor_model(), simulator.frame(0).bgr, {});
   Pictures pictures(simulator);
@@ -145,7 +146,7 @@ Scan run_scan(const Simulator& simulator, const std::filesystem::path& out, GelS
   return scan;
 }
 
-/// The reconstruction's distance to the object, at the pose of the anchor.
+/// Returns the distance between the reconstruction and the object, at the pose of the anchor.
 Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& object_T_map) {
   if (mesh.triangles.empty()) return {{"mesh_mm", nullptr}};
   const MeshMetrics metrics =
@@ -184,8 +185,8 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
   return result;
 }
 
-/// The object becomes a mesh file, which is the truth from then on: a shape of formulas takes ten times as
-/// long to draw as a picture takes to be tracked.
+/// Returns the scan with the object as a mesh file, which is the ground truth: rendering a procedural shape
+/// would take ten times as long as tracking an image.
 ScanSpec spec_of(const LongScanArguments& arguments) {
   constexpr float kSpacingMm = 0.25F;  // four pixels
   ShapeSpec object;

@@ -10,10 +10,11 @@ namespace gelslam::lab {
 namespace {
 
 constexpr int kDraws = 400;
-constexpr double kSameTime = 0.98, kSameError = 0.998;  // beyond these two are no longer alike
-constexpr double kMinError = 1e-9;                      // of an exact answer: its logarithm must be a number
+// Ratios below which two settings count as different.
+constexpr double kSameTime = 0.98, kSameError = 0.998;
+constexpr double kMinError = 1e-9;  // For an exact result, whose logarithm would not be finite.
 
-/// How often each reference of each sequence counts.
+/// How often each reference of each sequence counts in a bootstrap draw.
 using Draw = std::vector<std::vector<int>>;
 
 Draw every_reference_once(const GroupedErrors& errors) {
@@ -33,8 +34,8 @@ std::vector<Draw> draws_of(const GroupedErrors& errors) {
   return draws;
 }
 
-/// Logarithm of the geometric mean of the six mean errors. Where `where` has none the reference does not
-/// count.
+/// Returns the logarithm of the geometric mean of the six mean errors. A reference for which `where` has no
+/// errors does not count.
 double log_error(const std::vector<std::vector<Vector6d>>& references,
                  const std::vector<std::vector<Vector6d>>& where, const std::vector<int>& times) {
   Vector6d sum = Vector6d::Zero();
@@ -44,14 +45,14 @@ double log_error(const std::vector<std::vector<Vector6d>>& references,
     for (const Vector6d& error : references[k]) sum += times[k] * error;
     count += times[k] * static_cast<double>(references[k].size());
   }
-  if (count == 0) return NAN;  // a draw that misses every reference of a slow setting
+  if (count == 0) return NAN;  // A draw that contains no reference of a slow setting.
   double log_sum = 0;
   for (int axis = 0; axis < 6; ++axis)
     log_sum += std::log(std::max(kMinError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetersPerDegree));
   return log_sum / 6;
 }
 
-/// Mean over sequences of what `of` says, where it is a number.
+/// Returns the mean of `of` over the sequences for which it is a number.
 template <class Of>
 double mean_over_sequences(std::size_t sequences, const Of& of) {
   double sum = 0;

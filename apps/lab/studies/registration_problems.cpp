@@ -11,7 +11,7 @@ namespace gelslam::lab {
 namespace {
 
 struct Pair {
-  int reference, target;  // indices of the truth
+  int reference, target;  // Indices of the truth.
 };
 
 std::vector<Pair> choose_pairs(const GroundTruth& truth, const ProblemChoice& choice) {
@@ -27,7 +27,7 @@ std::vector<Pair> choose_pairs(const GroundTruth& truth, const ProblemChoice& ch
   return pairs;
 }
 
-/// Surfaces of the frames at the given indices of the truth.
+/// Returns the surfaces of the frames at the given indices of the truth.
 std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, const GroundTruth& truth,
                                       const std::set<int>& wanted) {
   const LogInput input{folder, {}, {}, {}, false};

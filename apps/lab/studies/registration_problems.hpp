@@ -8,28 +8,29 @@
 
 namespace gelslam::lab {
 
-/// Which frames of a sequence become registration problems: from every `stride`-th frame on, the frames that
-/// lie `gaps` later, as long as both touch.
+/// Selects the registration problems of a sequence: every `stride`-th frame is a reference, and the frames
+/// `gaps` later are its targets, if both have contact.
 struct ProblemChoice {
   int stride = 60;
   std::vector<int> gaps = {1, 5, 12};
-  /// The frames between went missing: tracking starts from where it last saw the object, the reference's
-  /// pose.
+  /// If true, the frames in between count as missing: tracking starts from its last known pose, that of the
+  /// reference.
   bool frames_missing = false;
-  int most_references = 1 << 20;  ///< of a long sequence only so many, evenly
+  /// For a long sequence, at most this many references are used, evenly spaced.
+  int most_references = 1 << 20;
 };
 
 struct RegistrationProblem {
-  std::size_t reference = 0;  ///< index into ProblemSet::references
+  std::size_t reference = 0;  ///< Index into ProblemSet::references.
   SurfacePtr target;
-  /// true target_T_reference of the frame before: what tracking would start from
+  /// True target_T_reference of the previous frame, from which tracking would start.
   Pose start = Pose::Identity();
   Pose truth = Pose::Identity();  ///< target_T_reference
-  int gap = 0;                    ///< frames from reference to target, of a sequence
-  int start_number = 0;           ///< counts the starts that one pair of surfaces is tried from
+  int gap = 0;                    ///< Number of frames from reference to target in a sequence.
+  int start_number = 0;           ///< Number of the start among those tried for one pair of surfaces.
 };
 
-/// The problems of one data folder.
+/// The registration problems of one data folder.
 struct ProblemSet {
   std::vector<SurfacePtr> references;
   std::vector<RegistrationProblem> problems;

@@ -13,7 +13,7 @@ constexpr int kFrames = 96;
 SimulatedFrames make() {
   ScanSpec spec;
   spec.object.name = "peanut";
-  spec.motion.frame_rate_hz = 8 * 25;  // eight frames are 0.1 mm
+  spec.motion.frame_rate_hz = 8 * 25;  // Eight frames are 0.1 mm.
   spec.motion.frames = 8 * 120;
   const Simulator simulator(spec);
   SimulatedFrames frames;

@@ -9,13 +9,14 @@
 
 namespace gelslam::lab {
 
-/// The model of the simulated sensor without optics.
+/// Returns the gradient model of the simulated sensor without optics.
 GradientModel flat_sensor_model();
 
-/// What its camera sees while nothing touches.
+/// Returns the image of its camera without contact.
 cv::Mat3b bare_gel(const Optics& optics);
 
-/// Some frames from the middle of a simulated scan (a peanut wobbled at 25 Hz), with the model of the sensor.
+/// Frames from the middle of a simulated scan (a peanut that is wobbled, at 25 Hz), with the gradient model
+/// of the sensor.
 struct SimulatedFrames {
   GradientModel model;
   cv::Mat3b background;
@@ -23,7 +24,7 @@ struct SimulatedFrames {
   std::vector<SurfacePtr> surfaces;
 };
 
-/// Made once per program, in a few seconds, always the same.
+/// Simulated once per program, in a few seconds, always with the same result.
 const SimulatedFrames& simulated_frames();
 
 }  // namespace gelslam::lab

@@ -1,6 +1,7 @@
-// The live chain on full-size camera pictures for as long as one likes: does it keep the camera's rate, and
-// do latency and memory stay where they are? The frames of a log, enlarged to the camera's size and
-// compressed as a camera does it, go to and fro, so that they are one unbroken scan of any length.
+// Soak test: runs the live system on full-size camera images for any length of time, to see whether it keeps
+// the camera's rate, and whether latency and memory remain constant. The frames of a log, enlarged to the
+// camera's size and compressed as by a camera, are played forward and backward, so that they form one
+// uninterrupted scan of any length.
 
 #include <turbojpeg.h>
 
@@ -28,11 +29,11 @@ struct SoakArguments {
   double minutes = 10, rate_hz = 25;
 };
 
-constexpr int kSoakFrames = 120;            // of the log, after the background
+constexpr int kSoakFrames = 120;            // Frames of the log after the background.
 constexpr double kCameraNoiseLevels = 2.0;  // of the camera
 
-/// The inverse of the crop that a camera picture goes through: its middle 5/7, with a border that nobody
-/// looks at.
+/// Inverts the crop of camera images: the image becomes the middle 5/7 of a larger one, whose border is not
+/// used.
 cv::Mat3b enlarged(const cv::Mat3b& picture, const SensorProfile& profile) {
   const int border_x = profile.raw_width_px / 7, border_y = profile.raw_height_px / 7;
   const cv::Size middle(profile.raw_width_px - 2 * border_x, profile.raw_height_px - 2 * border_y);
@@ -42,7 +43,7 @@ cv::Mat3b enlarged(const cv::Mat3b& picture, const SensorProfile& profile) {
   return large;
 }
 
-/// A camera's picture is noisy, and noise is what a JPEG's decoding time depends on.
+/// Adds noise before compression, because the noise of a camera determines the decoding time of a JPEG.
 Jpeg compressed(const cv::Mat3b& picture, cv::RNG& random) {
   cv::Mat noise(picture.size(), CV_16SC3);
   random.fill(noise, cv::RNG::NORMAL, 0, kCameraNoiseLevels);
@@ -75,7 +76,7 @@ std::vector<Jpeg> camera_pictures(const SoakArguments& arguments, const Config& 
   return pictures;
 }
 
-/// The pictures to and fro, without an end.
+/// Plays the images forward and backward without end.
 class EndlessCamera : public RawFrameSource {
  public:
   EndlessCamera(std::vector<Jpeg> pictures, int background_frames, const SensorProfile& profile,
@@ -113,14 +114,14 @@ class EndlessCamera : public RawFrameSource {
   std::int64_t index_ = 0;
 };
 
-/// What the scan's state is now, in a row of the table.
+/// Returns the current state of the scan as a row of the table.
 Json row_of(double minute, const LiveStatus& s) {
   return {{"minute", minute},     {"rate_hz", s.rate_hz},       {"latency_ms", s.latency_ms},
           {"dropped", s.dropped}, {"frames", s.frames},         {"keyframes", s.keyframes},
           {"loops", s.loops},     {"components", s.components}, {"memory_mb", s.memory_mb}};
 }
 
-/// Rows while the scan runs, six a minute.
+/// Returns six rows per minute while the scan runs.
 Json watch(LiveSession& session, double for_minutes) {
   const Clock::time_point start = Clock::now();
   const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
@@ -129,7 +130,7 @@ Json watch(LiveSession& session, double for_minutes) {
   for (double next = 1.0 / 6; minutes() < for_minutes; next += 1.0 / 6) {
     std::this_thread::sleep_until(
         start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
-    version = session.mesh()->since(version, SIZE_MAX).version;  // as a window does
+    version = session.mesh()->since(version, SIZE_MAX).version;  // As a window does.
     rows.push_back(row_of(minutes(), session.status()));
     std::cerr << rows.back().dump() << "\n";
   }

@@ -1,6 +1,6 @@
-// Study: speed against accuracy. Every method, and every setting that trades one for the other, registers the
-// same pairs of frames of sequences with truth. Written: processor time (median), error, how sure it is that
-// this error differs from our default's, and whether no other setting is both faster and better.
+// Study: speed and accuracy. Every method, with every setting that trades one for the other, registers the
+// same pairs of frames of sequences with ground truth. Reported: median processor time, error, the confidence
+// that this error differs from that of our default, and whether no other setting is both faster and better.
 
 #include "speed_accuracy.hpp"
 
@@ -21,20 +21,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSlowMs = 5;  // what takes longer is timed once: caches hardly matter to it
+// A registration that takes longer is timed only once, as caches hardly matter.
+constexpr double kSlowMs = 5;
 
 struct SpeedAccuracyArguments {
   std::vector<fs::path> data;
   std::vector<std::string> methods = {"normalflow", "icp", "filterreg", "fpfh"};
   ProblemChoice choice{.stride = 24, .gaps = {1, 5, 12}, .most_references = 24};
-  int slow_every = 4;  // reference that is shown to other methods than ours
+  int slow_every = 4;  // Methods other than NormalFlow get only every n-th reference.
   fs::path out;
 };
 
-/// What was measured of one setting.
+/// Measurements of one setting.
 struct Measured {
   SpeedSetting setting;
-  int every = 1;  ///< reference that it sees
+  int every = 1;  ///< It gets every n-th reference.
   std::vector<double> register_ms, prepare_ms;
   GroupedErrors errors;
   Tally tally = {};
@@ -46,7 +47,8 @@ void judge(const RegistrationProblem& problem, const RegistrationResult& result,
   measured.tally.add(judge_result(problem, result));
 }
 
-/// Twice: in a stream the keyframe and the new surface have just been used, so the second time counts.
+/// Registers twice and takes the second time, because in a stream the data of keyframe and surface are
+/// already in the caches.
 RegistrationResult register_timed(const PreparedReference& reference, const RegistrationProblem& problem,
                                   std::vector<double>& times_ms) {
   const auto once = [&](double& ms) {
@@ -62,7 +64,7 @@ RegistrationResult register_timed(const PreparedReference& reference, const Regi
   return result;
 }
 
-/// One setting on one reference.
+/// Measures one setting on one reference.
 void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
   const double start_ms = thread_cpu_ms();
   const PreparedReference prepared = one.setting.registrar(set.references[reference]);
@@ -72,19 +74,20 @@ void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
       judge(problem, register_timed(prepared, problem, one.register_ms), one);
 }
 
-/// All settings take turns at each reference, so that whatever else the machine does falls on all alike.
+/// All settings take turns at each reference, so that other load on the computer affects all of them alike.
 void measure(const ProblemSet& set, std::vector<Measured>& all) {
   for (Measured& one : all) one.errors.emplace_back(set.references.size());
   for (std::size_t k = 0; k < set.references.size(); ++k) {
-    Measured warm_up = all.front();  // who comes first would pay for cold pages and caches
+    // Otherwise the first setting would be slowed down by cold pages and caches.
+    Measured warm_up = all.front();
     measure(set, k, warm_up);
     for (Measured& one : all)
       if (k % static_cast<std::size_t>(one.every) == 0) measure(set, k, one);
   }
 }
 
-/// Folder by folder, so that only one set of surfaces is held at once; `done` is told after each what is
-/// known.
+/// Processes one folder after another, so that only one set of surfaces is in memory. `done` is called with
+/// the results after each folder.
 template <class Done>
 std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const Done& done) {
   std::vector<Measured> all;
@@ -105,7 +108,7 @@ std::vector<ParetoStanding> standings_of(const std::vector<Measured>& all) {
   std::vector<ParetoCandidate> candidates;
   candidates.reserve(all.size());
   for (const Measured& one : all) candidates.push_back({median(one.register_ms), one.errors});
-  return pareto_standings(candidates, 0);  // the first is the first method's default
+  return pareto_standings(candidates, 0);  // The first one is the default of the first method.
 }
 
 Json to_json(const std::vector<Measured>& all) {

@@ -12,7 +12,7 @@ constexpr int kAll = 1 << 30;
 
 std::string text(double value) { return value >= kAll ? "all" : fmt::format("{:g}", value); }
 
-/// Turns one knob of a method's options through some values; what is the default is left out.
+/// Varies one option of a method over some values; the default value is left out.
 template <class Options, class Make>
 class Knobs {
  public:

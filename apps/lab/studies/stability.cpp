@@ -1,6 +1,6 @@
-// Study: where each method breaks. Success (within 0.3 mm and 2 degrees of the truth) of every registration
-// method against the size of the motion, overlap, noise, texture, depth, light, dirt and missing frames, and
-// how often it is called tracked although it is wrong.
+// Study: limits of each registration method. Reported are the rate of success (within 0.3 mm and 2 degrees of
+// the truth) as a function of the size of the motion, overlap, noise, texture, depth, light, dirt and missing
+// frames, and how often a wrong pose is accepted.
 
 #include <algorithm>
 #include <filesystem>
@@ -29,8 +29,8 @@ struct StabilityArguments {
   fs::path out;
 };
 
-/// A method's answers to all problems of a level. FPFH, which needs no start and much time, answers once for
-/// every second pair of surfaces, and nothing about starts.
+/// Returns a method's results for all problems of a level. FPFH, which uses no initial pose and is slow, gets
+/// only every second pair of surfaces, and is left out where the initial pose is varied.
 Tally tally_of(const StabilityLevel& level, const std::string& method) {
   const bool is_slow = method.starts_with("fpfh");
   Tally tally;
@@ -46,7 +46,7 @@ Tally tally_of(const StabilityLevel& level, const std::string& method) {
   return tally;
 }
 
-/// Of all levels of all charts, in the order in which they came.
+/// Collects the results of all levels of all charts, in order.
 class Study {
  public:
   explicit Study(std::vector<std::string> methods) : methods_(std::move(methods)) {}
@@ -79,7 +79,8 @@ class Study {
 
  private:
   std::vector<std::string> methods_, charts_;
-  std::map<std::tuple<std::size_t, double, std::size_t>, Tally> tallies_;  // chart, level, method
+  // Indexed by chart, level and method.
+  std::map<std::tuple<std::size_t, double, std::size_t>, Tally> tallies_;
 };
 
 void run(const StabilityArguments& arguments) {

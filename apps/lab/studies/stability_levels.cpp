@@ -13,9 +13,9 @@ using Names = std::vector<std::string>;
 const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
 const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
 constexpr std::array<const char*, 6> kAxes = {"x", "y", "z", "rx", "ry", "rz"};
-constexpr int kStarts = 2;  // that each pair of surfaces is tried from
+constexpr int kStarts = 2;  // Initial poses that are tried for each pair of surfaces.
 constexpr double kOrdinaryMm = 0.5, kOrdinaryDeg = 4.0;
-constexpr double kDegreesPerMm = 10;  // in "start": both grow together
+constexpr double kDegreesPerMm = 10;  // In the chart "start", where both grow together.
 constexpr double kRadiansPerDegree = M_PI / 180;
 
 Pose displaced(const Pose& truth, const Eigen::Vector3d& by_mm, const Eigen::Vector3d& by_deg) {
@@ -25,7 +25,7 @@ Pose displaced(const Pose& truth, const Eigen::Vector3d& by_mm, const Eigen::Vec
   return gap * truth;
 }
 
-/// What the start is moved by, from the pair's number and the start's.
+/// Displacement of the initial pose, as a function of the number of the pair and that of the start.
 using Displacement = std::function<Pose(const Pose& truth, std::size_t pair, int start)>;
 
 Displacement somewhere(double mm, double deg) {
@@ -86,7 +86,7 @@ class LevelMaker {
     sink_(out);
   }
 
-  /// One level per value; `set` writes the value into what is touched.
+  /// Adds one level per value; `set` writes the value into the specification of a touch.
   template <class Set>
   void chart(const std::string& name, const std::vector<double>& values, const Names& objects,
              const Set& set) {
@@ -97,7 +97,8 @@ class LevelMaker {
 
   void basins() {
     const std::vector<double> mm = {0.25, 0.5, 1, 1.5, 2, 3, 4, 5}, deg = {2.5, 5, 10, 15, 20, 30, 45, 60};
-    const std::vector<TouchPair> ordinary = pairs(kObjects, [](TouchSpec&) {});  // the same for all
+    // The same pairs for all of these charts.
+    const std::vector<TouchPair> ordinary = pairs(kObjects, [](TouchSpec&) {});
     const auto basin = [&](const std::string& name, const std::vector<double>& sizes,
                            const auto& displacement) {
       for (const double size : sizes) deliver(name, size, ordinary, displacement(size));

@@ -9,7 +9,7 @@
 
 namespace gelslam::lab {
 
-/// Problems alike in what a chart shows along its x axis.
+/// Problems with the same value on the x axis of a chart.
 struct StabilityLevel {
   std::string chart;  ///< "overlap"
   double level = 0;   ///< 0.3
@@ -18,16 +18,17 @@ struct StabilityLevel {
 
 using LevelSink = std::function<void(const StabilityLevel&)>;
 
-/// Charts in which the start is moved away from the truth and the surfaces stay the same.
+/// Says whether a chart varies the initial pose only, with the same surfaces.
 bool is_basin(const std::string& chart);
 
-/// Everything on simulated touches, `places` of each object. Elsewhere than in its own chart everything is
-/// ordinary: overlap 0.8, full texture, the camera's own noise, clean gel, steady light, and a start 0.5 mm
-/// and 4 degrees off. The chart of texture is of round objects only: a flat one without texture leaves no gel
-/// untouched.
+/// Makes all charts of simulated touches, with `places` touches of each object. Except for the quantity that
+/// a chart varies, everything has its ordinary value: overlap 0.8, full texture, the camera's own noise,
+/// clean gel, constant light, and an initial pose 0.5 mm and 4 degrees off. The chart of texture uses round
+/// objects only, because a flat object without texture leaves no gel untouched.
 void simulated_levels(TouchStudio& studio, int places, const LevelSink& sink);
 
-/// "missing frames": pairs of frames of the sequences in `folders`, started from the reference's pose.
+/// Makes the chart "missing frames": pairs of frames of the sequences in `folders`, with the pose of the
+/// reference as the initial pose.
 void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const LevelSink& sink);
 
 }  // namespace gelslam::lab

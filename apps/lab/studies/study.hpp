@@ -12,8 +12,8 @@ namespace gelslam::lab {
 
 using Json = nlohmann::ordered_json;
 
-/// Each study lives in its own file: it adds a subcommand with its options and a callback that does the work.
-/// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
+/// Each study is in its own file, which adds a subcommand with its options and a callback that does the work
+/// and owns the arguments. Errors are thrown as Error and printed by main().
 void add_ablation(CLI::App& lab);
 void add_benchmark(CLI::App& lab);
 void add_contact(CLI::App& lab);
@@ -24,7 +24,7 @@ void add_soak(CLI::App& lab);
 void add_speed_accuracy(CLI::App& lab);
 void add_stability(CLI::App& lab);
 
-/// Adds subcommand `name`, which calls `run(arguments)`; the caller adds the options.
+/// Adds the subcommand `name`, which calls `run(arguments)`; the caller adds the options.
 template <class Arguments>
 CLI::App* add_study(CLI::App& lab, const char* name, const char* description,
                     const std::shared_ptr<Arguments>& arguments, void (*run)(const Arguments&)) {
@@ -33,7 +33,7 @@ CLI::App* add_study(CLI::App& lab, const char* name, const char* description,
   return command;
 }
 
-/// An option that takes several values, separated by commas.
+/// Adds an option that takes several values, separated by commas.
 template <class Values>
 CLI::Option* add_list(CLI::App& app, const char* name, Values& values, const std::string& help) {
   return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
@@ -42,10 +42,10 @@ CLI::Option* add_list(CLI::App& app, const char* name, Values& values, const std
 /// Throws Error if one of the methods is unknown.
 void check_methods(const std::vector<std::string>& methods);
 
-/// Processor time of this thread: other programs on the machine hardly show in it.
+/// Returns the processor time of this thread, on which other programs have little influence.
 double thread_cpu_ms();
 
-/// Says on stderr which case of a long study begins, how many there are and the time left.
+/// Prints on stderr which case of a long study begins, how many there are, and the remaining time.
 class StudyCases {
  public:
   explicit StudyCases(std::size_t total) : total_(total) {}
@@ -57,11 +57,11 @@ class StudyCases {
   Clock::time_point start_ = Clock::now();
 };
 
-/// Writes a table (an array of objects with the same keys) as folder/name.json and makes the folder; does
-/// nothing if `folder` is empty. Long studies call it after each step. Throws Error.
+/// Writes a table (an array of objects with the same keys) as folder/name.json and creates the folder; has no
+/// effect if `folder` is empty. Long studies call it after each step. Throws Error.
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows);
 
-/// Prints the same table as CSV.
+/// Prints such a table as CSV.
 void print_csv(const Json& rows);
 
 }  // namespace gelslam::lab

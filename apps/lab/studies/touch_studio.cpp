@@ -14,9 +14,10 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr int kStudioFrames = 1000;     // of the motion that places and their neighbors are taken from
-constexpr float kMeshSpacingMm = 0.5F;  // enough to know how an object rests
-constexpr int kCoarser = 2;             // pixels of the gel on which overlaps are searched
+// Length of the motion from which touches and their successors are taken.
+constexpr int kStudioFrames = 1000;
+constexpr float kMeshSpacingMm = 0.5F;  // Enough to determine how an object rests on the sensor.
+constexpr int kCoarser = 2;             // Factor of the pixel size on which overlaps are searched.
 constexpr double kFlatTiltRad = 0.03;
 constexpr double kDriftPerFrame = 0.02;
 
@@ -31,7 +32,7 @@ MotionSpec motion_all_over() {
   return motion;
 }
 
-/// Factors on blue, green and red: each lamp by itself, one of them by all of `most`.
+/// Returns factors for blue, green and red: each lamp changes separately, one of them by `most`.
 cv::Scalar light_factors(double most, int place) {
   std::mt19937_64 random(static_cast<std::uint64_t>(place));
   cv::Scalar factors;
@@ -46,8 +47,8 @@ cv::Mat3b relit(const cv::Mat3b& picture, const cv::Scalar& factors) {
   return result;
 }
 
-/// The target's picture under changed light, and before it, where light drifts, the object at rest under what
-/// comes between.
+/// Computes the surface of the target under changed light. If the light drifts, the reference under
+/// intermediate light is processed first.
 SurfacePtr estimate_relit(SurfaceEstimator& estimator, const TouchSpec& spec, const cv::Mat3b& reference,
                           const cv::Mat3b& target) {
   if (spec.light_change == 0) return estimator.estimate(target);
@@ -57,13 +58,14 @@ SurfacePtr estimate_relit(SurfaceEstimator& estimator, const TouchSpec& spec, co
   return estimator.estimate(relit(target, light_factors(spec.light_change, spec.place)));
 }
 
-/// Places in the motion's first half leave the other for what follows them; odd ones avoid its symmetries.
+/// Uses the first half of the motion, so that the other half remains for the second touches; odd numbers
+/// avoid symmetries of the motion.
 int first_frame(const TouchSpec& spec) {
   if (spec.place < 0 || spec.place >= TouchSpec::kPlaces) throw Error("there is no such place");
   return 30 + spec.place * 117;
 }
 
-/// How the whole motion is tilted: flat objects to another side at each place.
+/// Returns the tilt of the whole motion: flat objects are tilted in another direction at each place.
 Pose held(int place, ShapeKind kind) {
   Pose tilt = Pose::Identity();
   if (kind != ShapeKind::flat) return tilt;
@@ -72,7 +74,8 @@ Pose held(int place, ShapeKind kind) {
   return tilt;
 }
 
-/// Share of the reference's contact that lies on the target's contact when laid upon it.
+/// Returns the fraction of the reference's contact that coincides with the target's contact at the given
+/// pose.
 double contact_overlap(const GelShape& reference, const GelShape& target, const Pose& target_T_reference,
                        const SensorGeometry& geometry) {
   int all = 0, shared = 0;
@@ -98,7 +101,7 @@ double ordinary_indentation_mm(ShapeKind kind) { return kind == ShapeKind::flat 
 
 struct TouchStudio::Object {
   ShapePtr shape;
-  std::vector<Pose> sensor_T_object;  ///< of the whole motion
+  std::vector<Pose> sensor_T_object;  ///< Of the whole motion.
 };
 
 struct TouchStudio::Press {
@@ -106,7 +109,7 @@ struct TouchStudio::Press {
   GelShape gel;
 };
 
-/// The camera under given conditions, and what it saw before anything touched.
+/// The camera under given conditions, with its image before contact.
 struct TouchStudio::Camera {
   Optics optics;
   cv::Mat3b background;
@@ -124,7 +127,7 @@ const TouchStudio::Object& TouchStudio::object(const std::string& name, double t
     spec.name = name;
     spec.texture = texture;
     object->shape = make_shape(spec);
-    // Places are the same whatever the texture, so that only the texture differs.
+    // The poses are the same for any texture, so that only the texture differs.
     if (texture == 1.0)
       object->sensor_T_object =
           make_motion(motion_all_over(), *object->shape, object->shape->mesh(kMeshSpacingMm), geometry_);
@@ -146,7 +149,8 @@ TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Po
   return {*pose, press_object(*touched.shape, *pose, geometry)};
 }
 
-/// The overlap falls with time, until the object comes back: searched from the first frame on.
+/// Finds the frame with the wanted overlap. The overlap decreases over time until the object comes back, so
+/// the search starts at the first frame.
 int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
   if (spec.overlap >= 1) return first;
   const auto [known, is_new] =
@@ -202,7 +206,7 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
   pair.target_T_object = target.sensor_T_object;
   pair.overlap = contact_overlap(reference.gel, target.gel, pair.target_T_reference(), geometry_);
   SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
-  // Two pictures do not share their noise, and places neither their noise nor their light.
+  // Two images do not share their noise, and different places share neither noise nor light.
   const std::int64_t picture = 2 * spec.place;
   const cv::Mat3b first_picture = seen_by.optics.render(reference.gel, picture, true);
   pair.reference = estimator.estimate(first_picture);

@@ -18,8 +18,8 @@ void write_pose(std::ostream& out, const Pose& pose) {
   for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
 }
 
-// Ours is over (rotation vector in rad, translation in mm), g2o's over (translation in m, half the rotation
-// vector).
+// The program's information matrix is over (rotation vector in rad, translation in mm). That of g2o is over
+// (translation in m, half the rotation vector).
 Matrix6d g2o_information(const Matrix6d& information) {
   Matrix6d ours_of_g2o = Matrix6d::Zero();
   ours_of_g2o.topRightCorner<3, 3>() = 2.0 * Eigen::Matrix3d::Identity();

@@ -1,17 +1,19 @@
-// Chooses the loops that may shape the map (own; after pairwise consistency, Mangelson et al., ICRA 2018).
+// Chooses the loops that may shape the map. The method is not in the paper; it follows pairwise consistency
+// maximization (Mangelson et al., ICRA 2018).
 //
-// Odometry edges are the trees of a forest. Two loops between the same two trees agree when the cycle that
-// they close with the paths between their ends has an error of at most kMaxMismatch standard deviations; a
-// gradient scale that all edges share explains a part of it (UncertainMotion). Between each two trees the
-// loop with which most others agree joins them, if it is certain or another one agrees; joining goes on until
-// nothing changes. Then every loop is accepted that agrees with the path between its own ends.
+// Odometry edges form a forest with one tree per trial. Two loops between the same two trees agree when the
+// cycle that they close, along the tree paths between their ends, has an error of at most kMaxMismatch
+// standard deviations. A gradient scale that all edges share may explain a part of this error
+// (UncertainMotion). For each pair of trees, the loop with which most others agree joins them, if at least
+// one other loop agrees or if the loop is not tentative. The joining is repeated until nothing changes.
+// Finally every loop is accepted that agrees with the tree path between its own ends.
 //
-// The same limit cuts the robust kernel off: robust_cost() is a Cauchy cost up to kMaxMismatch and constant
-// beyond, so a loop that the rest of the graph contradicts has no weight. The graph may then have several
-// minima, and kernel_widenings() are the kernels of a graduated descent from a wide one (graduated
-// non-convexity).
+// The robust kernel is cut off at the same limit: robust_cost() is a Cauchy cost up to kMaxMismatch and
+// constant beyond, so a loop that the rest of the graph contradicts has no weight. Such a cost has several
+// minima. kernel_widenings() returns the sequence of kernels, from wide to narrow, with which the solver
+// looks for a better one (graduated non-convexity).
 //
-// Wrong loops that agree with each other, as on a repeated pattern, outvote a right one.
+// Limitation: wrong loops that agree with each other, as on a repeated pattern, outvote a right one.
 
 #include "loop_layers.hpp"
 
@@ -30,11 +32,12 @@ namespace {
 
 using namespace backend::detail;
 
-// Of the loops between two components, this many are compared with each other, evenly chosen along the scan:
-// enough to see which place most agree on.
+// At most this many loops between two components are compared with each other, chosen at equal steps along
+// the scan. The comparison of all pairs is quadratic, and 24 are enough to find the majority.
 constexpr int kMaxCompared = 24;
 
-/// The loop between two components that most of the others agree with, and how many these are, with itself.
+/// Between two components: the index of the loop with which most others agree (`seed`), and how many loops
+/// agree with it, itself included.
 struct Agreement {
   std::size_t seed = 0;
   std::ptrdiff_t loops = 0;
@@ -74,14 +77,15 @@ class Consistency {
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
-  /// Loops join trials until no two trials have enough evidence.
+  /// Joins trials by loops until no two trials have enough evidence; returns the resulting forest.
   MotionForest join_trials() {
     MotionForest forest = plant();
     while (join_components(forest)) forest = plant();
     return forest;
   }
 
-  /// Adds the best link between each two components with enough evidence; false when there are none.
+  /// Adds the best loop between each two components that have enough evidence for one. Returns false when
+  /// there is none.
   bool join_components(const MotionForest& forest) {
     std::map<std::pair<int, int>, std::vector<std::size_t>> between;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
@@ -126,7 +130,7 @@ class Consistency {
     return most;
   }
 
-  /// Says whether the path between a loop's ends agrees with it.
+  /// Says whether the tree path between a loop's ends agrees with the loop.
   bool is_supported(const MotionForest& forest, std::size_t loop) const {
     return mismatch(forest.path(edges_[loop].from, edges_[loop].to), motions_[loop], scale_sigma_) <=
            kMaxMismatch;
@@ -134,8 +138,9 @@ class Consistency {
 
   const std::vector<PoseGraphEdge>& edges_;
   const double scale_sigma_;
-  std::vector<UncertainMotion> motions_;  // of the edges
-  std::vector<std::size_t> tree_edges_;   // odometry, and loops that join its components
+  std::vector<UncertainMotion> motions_;  // The motion of every edge.
+  // Indices of odometry edges and of the loops that join their trees.
+  std::vector<std::size_t> tree_edges_;
 };
 
 }  // namespace

@@ -1,11 +1,12 @@
 // Motions between any two keyframes along odometry and joining loops, with their covariances.
 //
-// The chosen edges are searched breadth first from each keyframe that no tree has yet, which gives spanning
-// trees. Each node keeps its pose in the root and the covariance of that pose, to first order: the sum of the
-// covariances of the edges between root and node, each transported to the root by the adjoint. The motion
-// between two nodes is the quotient of their poses. Its covariance is the sum of both, without the edges that
-// both paths share: those above their lowest common ancestor, which count twice. The error by the gradient
-// scale is common to all edges, so its derivatives (by_scale) add up, and no squares of them.
+// A breadth-first search over the chosen edges, from each keyframe that no tree contains yet, gives spanning
+// trees. Each node keeps its pose relative to the root and the covariance of that pose to first order, which
+// is the sum of the covariances of the edges between root and node, each transported to the root by the
+// adjoint. The motion between two nodes a and b is root_T_a^-1 * root_T_b. Its covariance is the sum of the
+// covariances of both nodes, minus twice that of their lowest common ancestor, because the edges above the
+// ancestor are in both paths and cancel. The error by the gradient scale is the same for all edges. Therefore
+// its derivatives (by_scale) are added, and not their squares.
 
 #include "motion_forest.hpp"
 
@@ -23,7 +24,7 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
   const UncertainMotion difference{{Pose::Identity(), a.from_T_to.covariance + b.from_T_to.covariance},
                                    b.by_scale - a.by_scale};
   const Matrix6d covariance = difference.total_covariance(prior_scale_covariance(gradient_scale_sigma));
-  return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
+  return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // A NaN stays NaN.
 }
 
 MotionForest::MotionForest(const std::vector<PoseGraphEdge>& edges,
@@ -54,8 +55,8 @@ MotionForest::MotionForest(const std::vector<PoseGraphEdge>& edges,
   }
 }
 
-// An edge's noise is a perturbation at its `to` end. Transported to the root it is the same for both
-// directions of the edge, except for the sign.
+// The noise of an edge is a right perturbation, so it acts at the edge's `to` node. Transported to the root,
+// it is the same for both directions of the edge, except for its sign.
 void MotionForest::attach(int child, int parent, bool forward, const UncertainMotion& motion) {
   const Node& above = at(parent);
   const Pose& measured = motion.from_T_to.pose;

@@ -7,34 +7,37 @@
 
 namespace gelslam::backend::detail {
 
-/// Returns the difference of two independent measurements of one motion, in standard deviations (6 degrees of
-/// freedom).
+/// Returns the Mahalanobis distance between two independent measurements of one motion, in standard
+/// deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
-/// Spanning trees of some edges of a graph, and the motions between the nodes of each. An edge that would
-/// close a cycle is left out.
+/// Spanning trees over some edges of a graph, and the motions between the nodes of each tree. Edges that
+/// would close a cycle are left out.
 class MotionForest {
  public:
-  /// Plants the trees of the edges that are `chosen`, in this order. `motions` are those of all edges.
+  /// Builds the trees from the edges with the indices `chosen`, in this order. `motions` holds the motion of
+  /// every edge in `edges`.
   MotionForest(const std::vector<PoseGraphEdge>& edges, const std::vector<UncertainMotion>& motions,
                const std::vector<std::size_t>& chosen);
 
-  /// Trees have numbers from 0 to below this.
+  /// Returns the number of nodes. Trees are numbered by their root, so tree numbers lie between 0 and nodes()
+  /// - 1.
   int nodes() const { return static_cast<int>(nodes_.size()); }
-  /// Returns the number of a keyframe's tree; -1 where no edge of the graph, chosen or not, has it.
+  /// Returns the number of the tree that contains a keyframe, or -1 if no edge of the graph, chosen or not,
+  /// names the keyframe.
   int tree(int keyframe) const {
     const auto node = node_of_.find(keyframe);
     return node == node_of_.end() ? -1 : at(node->second).tree;
   }
-  /// Returns the motion between two keyframes, which must be of one tree.
+  /// Returns the motion between two keyframes of the same tree.
   UncertainMotion path(int from, int to) const;
 
  private:
   struct Node {
     int tree = -1, parent = -1, depth = 0;
     Pose root_T_node = Pose::Identity();
-    // The covariance of root_T_node as a left perturbation, where the errors of the edges on the way simply
-    // add up.
+    // Covariance of root_T_node as a left perturbation. In this form the errors of the edges along the path
+    // simply add up.
     Matrix6d covariance = Matrix6d::Zero();
     MotionByScale by_scale = MotionByScale::Zero();
   };
@@ -43,7 +46,7 @@ class MotionForest {
   void attach(int child, int parent, bool forward, const UncertainMotion& motion);
   int common_ancestor(int a, int b) const;
 
-  std::map<int, int> node_of_;  // by keyframe id
+  std::map<int, int> node_of_;  // Node index by keyframe id.
   std::vector<Node> nodes_;
 };
 

@@ -1,16 +1,18 @@
-// Covariances of all poses of a solved pose graph, and how each pose follows the gradient scale.
+// Computes the covariances of all poses of a solved pose graph, and how each pose depends on the gradient
+// scale.
 //
-// At the solution, the information of the poses is H = Σ JᵀJ over the whitened Jacobians of the edges that
-// are no outliers, a loop with the weight that its robust kernel leaves it. Where nothing but outliers joins
-// two parts of a component, the first of them counts as an overlap of which nothing was measured. Each
-// component has a gauge, whose covariance is 0: the anchor, or its smallest node. The covariance of a node is
-// a diagonal block of H⁻¹. A sparse Cholesky factor H = L Lᵀ gives the entries of the inverse where L has
-// entries, from the last column to the first (selected inverse; Takahashi et al. 1973), which costs about as
-// much as the factorization, and not as much as a dense inverse.
+// At the solution, the information of the poses is H = Σ JᵀJ over the whitened Jacobians of all edges that
+// are no outliers, where a loop has the weight that its robust kernel leaves. Where only outliers join two
+// parts of a component, the first such edge counts with nothing but the weak prior of overlapping frames.
+// Each component has a gauge node with covariance 0: the anchor, or the component's smallest node. The
+// covariance of a node is a diagonal block of H⁻¹. From the sparse Cholesky factor H = L Lᵀ, the entries of
+// the inverse where L has non-zeros are computed from the last column to the first (selected inverse;
+// Takahashi et al. 1973). This costs about as much as the factorization, and far less than a dense inverse.
 //
-// With shared factors s of the gradient scale, x follows them by dx/ds = -H⁻¹ Hxs, and the covariance of s is
-// the inverse of its Schur complement, its prior included. Both are linearizations at the solution:
-// covariances are too small where the graph has several minima, and where registrations share errors that
+// If the four factors s of the gradient scale are estimated, the poses depend on them by dx/ds = -H⁻¹ Hxs,
+// and the covariance of s is the inverse of the Schur complement of s, with its prior included. Both results
+// are linearizations at the solution: the covariances are too small where the graph has several minima, and
+// where registrations share errors that their information does not contain.
 // their information does not contain.
 
 #include "gelslam/backend/pose_covariance.hpp"
@@ -31,17 +33,17 @@ using namespace backend::detail;
 using Sparse = Eigen::SparseMatrix<double>;
 using ByScale = Eigen::Matrix<double, Eigen::Dynamic, kScaleTerms>;
 
-/// Returns the lower half of Z = (L L')^-1 where L has entries; these follow from each other, column by
-/// column from the last. Z L = L'^-1 is upper triangular, so below the diagonal column j of Z is -Z_II l: I
-/// are the rows of L's entries there, and l these entries over the diagonal. All entries of Z_II are where L
-/// has some, too.
+/// Returns the lower half of Z = (L Lᵀ)⁻¹ at the non-zeros of L, column by column from the last. The
+/// recursion follows from Z L = L⁻ᵀ being upper triangular: below the diagonal, column j of Z is -Z_II l,
+/// where I are the rows of the non-zeros of L below the diagonal of column j, and l are these non-zeros
+/// divided by the diagonal entry. All needed entries of Z_II lie at non-zeros of L, too.
 Sparse selected_inverse(const Sparse& lower) {
   Sparse inverse = lower;
   const int *column = lower.outerIndexPtr(), *row = lower.innerIndexPtr();
   double* value = inverse.valuePtr();
   Eigen::VectorXd l = Eigen::VectorXd::Zero(lower.rows()), z = l;
   for (auto j = lower.cols() - 1; j >= 0; --j) {
-    const int first = column[j], end = column[j + 1];  // the first is the diagonal
+    const int first = column[j], end = column[j + 1];  // The first entry of a column is the diagonal.
     const double diagonal = value[first];
     for (int p = first + 1; p < end; ++p) {
       l[row[p]] = value[p] / diagonal;
@@ -64,9 +66,10 @@ Sparse selected_inverse(const Sparse& lower) {
   return inverse;
 }
 
-/// The information of all poses but the gauges, and what it shares with that of the scale.
+/// Information matrix over the poses of all nodes but the gauges, and its mixed block with the gradient
+/// scale.
 struct Information {
-  std::map<int, int> row_of;  // by node; -1: a gauge
+  std::map<int, int> row_of;  // Row of a node's first unknown; -1 for a gauge node.
   std::vector<Eigen::Triplet<double>> entries;
   ByScale with_scale;
   ScaleCovariance of_scale = ScaleCovariance::Zero();
@@ -131,7 +134,7 @@ PoseCovariances pose_covariances(const std::vector<PoseGraphEdge>& edges, const 
   const Eigen::SimplicialLLT<Sparse> factor(information);
   if (factor.info() != Eigen::Success) throw Error("pose graph: its edges do not determine its poses");
   const Sparse inverse = rows > 0 ? selected_inverse(factor.matrixL()) : information;
-  const auto& place = factor.permutationP().indices();  // of an unknown in the factor
+  const auto& place = factor.permutationP().indices();  // Position of an unknown in the permuted factor.
   ByScale by_scale = ByScale::Zero(rows, kScaleTerms);
   if (gradient_scale_sigma > 0) {
     if (rows > 0) by_scale = -factor.solve(all.with_scale);

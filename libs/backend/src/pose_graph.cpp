@@ -1,15 +1,15 @@
-// SE(3) pose graph with unknowns that all edges share, solved with Ceres on one thread.
+// Solves an SE(3) pose graph with unknowns that all edges share, with Ceres on one thread.
 //
-// It minimizes over the poses x and the shared unknowns u the sum over odometry edges of |r|², plus the sum
-// over loops of the robust cost of |r| (loop_layers.cpp), plus the prior of u. The residual of an edge is r =
-// W (e - B u), where e is log(measured⁻¹ x_from⁻¹ x_to) to first order, WᵀW is the edge's information
-// together with a weak prior that overlapping frames are known to kOverlapSigmaRad and kOverlapSigmaMm, and B
-// is how the measured motion follows the unknowns (for the gradient scale, see uncertain_motion.cpp). Each
-// connected component holds its smallest node fixed.
+// The cost, over the poses x and the shared unknowns u, is half of: the sum of |r|² over odometry edges, plus
+// the sum of the robust cost of |r| over loops (loop_layers.cpp), plus the squared norm of the whitened prior
+// of u. The residual of an edge is r = W (e - B u). Here e = log(measured⁻¹ x_from⁻¹ x_to) to first order;
+// WᵀW is the edge's information plus the weak prior that overlapping frames differ by about kOverlapSigmaRad
+// and kOverlapSigmaMm; and B is the derivative of the measured motion with respect to the unknowns (for the
+// gradient scale, see uncertain_motion.cpp). The smallest node of each connected component is held fixed.
 //
-// If any loop remains an outlier, the graph is solved again from a wide kernel that narrows, and the solution
-// with the smaller cost is kept. Initial poses must be roughly right along odometry: a chain that begins
-// badly twisted may end in a local minimum.
+// If a loop remains an outlier, the graph is solved again, starting from a wide kernel that is narrowed step
+// by step, and the solution with the smaller cost is kept. The initial poses must be roughly right along
+// odometry: a chain that starts badly twisted may end in a local minimum.
 
 #include "gelslam/backend/pose_graph.hpp"
 
@@ -29,17 +29,19 @@ namespace {
 using namespace backend::detail;
 
 bool is_pose(const Pose& pose) {
-  constexpr double kTolerance = 1e-3;  // above drift of products of rotations, below any mistake
+  // Larger than rounding errors in products of rotations, smaller than any real mistake.
+  constexpr double kTolerance = 1e-3;
   return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
 }
 
-/// A graph with nodes by index in ascending id order; edges by those indices.
+/// The graph with its nodes as indices in ascending order of their ids; edges refer to these indices.
 struct Graph {
   std::vector<int> ids;
   std::vector<NodeState> nodes;
   std::vector<WhitenedEdge> edges;
-  std::vector<int> component;       // index of the smallest node of each node's component
-  Eigen::MatrixXd prior_whitening;  // of the shared unknowns
+  std::vector<int> component;  // For each node, the index of the smallest node of its component.
+  // Upper Cholesky factor of the prior information of the shared unknowns.
+  Eigen::MatrixXd prior_whitening;
 };
 
 Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
@@ -72,7 +74,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   return graph;
 }
 
-/// Gives edges their derivatives by the unknowns, whitened.
+/// Sets each edge's whitened derivative with respect to the shared unknowns.
 void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   const Eigen::Index count = shared.information.rows();
   if (count == 0 && shared.edge_by_unknown.empty()) return;
@@ -90,7 +92,8 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
-/// Computes robust_cost() of a loop. The kernel, `widening` times as wide, ends where a loop is an outlier.
+/// The robust kernel of loops for Ceres: robust_cost() with all widths multiplied by `widening`. With
+/// widening 1 it becomes constant where is_outlier() begins.
 class LoopLoss : public ceres::LossFunction {
  public:
   LoopLoss(double scale, double widening)
@@ -106,7 +109,7 @@ class LoopLoss : public ceres::LossFunction {
   const double limit_;
 };
 
-/// Computes an edge's residual: of its nodes, and shifted by the shared unknowns where there are any.
+/// Residual of an edge: the whitened pose error, minus the effect of the shared unknowns where there are any.
 class EdgeCost : public ceres::CostFunction {
  public:
   explicit EdgeCost(const WhitenedEdge& edge) : edge_(edge), of_nodes_(new OfNodes{&edge_}) {
@@ -140,11 +143,11 @@ class EdgeCost : public ceres::CostFunction {
 
   int unknowns() const { return static_cast<int>(edge_.by_unknown.cols()); }
 
-  const WhitenedEdge& edge_;  // of the graph, which outlives the problem
+  const WhitenedEdge& edge_;  // Refers to the graph, which outlives the problem.
   ceres::AutoDiffCostFunction<OfNodes, 6, 7, 7> of_nodes_;
 };
 
-/// A state of the graph with its residuals.
+/// Values of all unknowns, with the residuals that they give.
 struct Estimate {
   std::vector<NodeState> nodes;
   Eigen::VectorXd unknowns;
@@ -153,7 +156,7 @@ struct Estimate {
   double cost = 0;
 };
 
-/// Holds the graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
+/// The graph as a Ceres problem over its own copy of the unknowns. All loops share one loss function.
 class Solver {
  public:
   Solver(const Graph& graph, const PoseGraphOptions& options)
@@ -162,8 +165,8 @@ class Solver {
         loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
         problem_(problem_options()) {}
 
-  /// Minimizes from the estimate's state with the loops' kernel `widening` times as wide as asked; the state
-  /// is updated in place.
+  /// Minimizes the cost from the values in `estimate`, with the loops' kernel `widening` times as wide as in
+  /// the options. The result replaces the values in `estimate` if Ceres reports a usable solution.
   ceres::Solver::Summary solve(Estimate& estimate, double widening = 1) {
     if (nodes_.empty()) build(estimate);
     nodes_ = estimate.nodes;
@@ -172,10 +175,11 @@ class Solver {
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Eigen's sums have one order, unlike those of a BLAS with threads.
+    // Eigen adds in a fixed order. A BLAS with threads would not, and results would not be repeatable.
     solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.num_threads = 1;
-    // The steps are nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
+    // The large initial trust region makes the steps nearly Gauss-Newton steps. With Ceres' default, the
+    // weakly determined modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
     solver.function_tolerance = 1e-6;
     solver.gradient_tolerance = 1e-10;
@@ -196,7 +200,7 @@ class Solver {
     options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     options.disable_all_safety_checks =
-        true;  // they look up every edge's blocks, which build() cannot mix up
+        true;  // These checks look up the blocks of every edge, which build() cannot confuse.
     return options;
   }
 
@@ -247,7 +251,7 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.cost = twice_cost / 2;
 }
 
-/// Solves with one kernel after the other.
+/// Solves with a sequence of kernels from wide to narrow (graduated non-convexity).
 Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
                                 Estimate estimate, int& iterations) {
   const double widest = estimate.worst_loop / std::min(options.loop_loss_scale, kMaxMismatch);

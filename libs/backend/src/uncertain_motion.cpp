@@ -1,3 +1,12 @@
+// Motions with covariances, and the gradient scale: how a measured motion depends on the four factors by
+// which a sensor's slopes are wrong, and when a pose graph estimates them. Not in the paper.
+//
+// A motion's rotation is R = exp(tilt) * twist, with a twist about z and a tilt about an axis in the x-y
+// plane. A tilt is measured as a difference of slopes, and is therefore scaled like them; a twist is not. If
+// the tilt changes by d, R is multiplied from the right by exp(twist⁻¹ J_r(tilt) d), where J_r is the right
+// Jacobian of SO(3). The translation changes so that the center of the shared contact stays where the two
+// surfaces touch, with its depth in both frames scaled by the mean of xx and yy.
+
 #include "gelslam/backend/uncertain_motion.hpp"
 
 #include <algorithm>
@@ -21,7 +30,9 @@ ScaleCovariance prior_scale_covariance(double sigma) {
 }
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
-  constexpr double kUpsideDown = 1e-6;  // There the split into tilt and twist is not defined.
+  // Below this norm the rotation turns the sensor upside down, and its split into tilt and twist is
+  // undefined.
+  constexpr double kUpsideDown = 1e-6;
   const Eigen::Quaterniond q(edge.from_T_to.linear());
   Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
   twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
@@ -35,8 +46,8 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
              (edge.from_T_to * center).z() * edge.from_T_to.linear().row(2).transpose());
   MotionByScale result;
   for (int term = 0; term < kScaleTerms; ++term) {
-    // exp(tilt + d) = exp(tilt) exp(V(-tilt) d), and V is what an exponential of SE(3) does to its
-    // translation.
+    // exp(tilt + d) = exp(tilt) exp(J_r(tilt) d), with the right Jacobian J_r(tilt) = V(-tilt). se3_exp()
+    // maps (-tilt, d) to the translation V(-tilt) d, and so computes this product.
     Vector6d of_tilt;
     of_tilt << -tilt, tilt_by_factor[index(term)];
     const Eigen::Vector3d turn = twist.conjugate() * se3_exp(of_tilt).translation();
@@ -57,9 +68,10 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma) {
-  // Loops contradict each other for other reasons, too, and four factors explain a part of any: up to a sixth
-  // where they made the map worse, more where a network reads slopes too steep or too flat.
-  constexpr double kMinExplained = 0.2;  // of the robust cost
+  // Loops contradict each other for other reasons, too, and the four free factors always explain some part of
+  // the cost. On maps that the factors made worse they explained up to a sixth of it; on maps of networks
+  // that read slopes too steep or too flat they explained more.
+  constexpr double kMinExplained = 0.2;  // Least relative decrease of the robust cost.
   PoseGraphSolution first = solve_pose_graph(initial, edges, options);
   std::vector<PoseGraphEdge> agreed = edges;
   for (std::size_t i = 0; i < edges.size(); ++i)

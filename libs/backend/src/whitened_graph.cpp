@@ -8,8 +8,8 @@
 namespace gelslam::backend::detail {
 namespace {
 
-// The tolerance is relative to the largest entry: it is what rounding leaves in a matrix that was built as
-// J'J or transported by an adjoint.
+// Tolerance relative to the largest entry. It covers the rounding errors in a matrix that was computed as JᵀJ
+// or transported by an adjoint.
 constexpr double kRoundingTolerance = 1e-6;
 
 }  // namespace

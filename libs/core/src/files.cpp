@@ -43,7 +43,7 @@ fs::path resolve_link(const fs::path& path) {
   return code ? path : target;
 }
 
-/// Removes temporary files for `path` whose programs have ended: they hold no lock.
+/// Removes temporary files for `path` whose programs have ended and therefore hold no lock.
 void remove_left_behind(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
   std::error_code code;
@@ -60,7 +60,7 @@ void remove_left_behind(const fs::path& path) {
   }
 }
 
-/// " (gelslam, process 123)": who holds the lock, as the kernel lists it. "" where it does not tell.
+/// Returns " (gelslam, process 123)": the holder of the lock according to the kernel; "" if it does not tell.
 std::string holder_of(const FileDescriptor& directory) {
   struct stat status {};
   if (::fstat(directory.get(), &status) != 0) return "";

@@ -89,12 +89,14 @@ std::size_t extent_of(std::string text) {
   return extent;
 }
 
-/// "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }", a dictionary of Python, is nearly YAML.
+/// The header is a Python dictionary such as "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }",
+/// which is nearly YAML.
 Header parse_header(std::string text) {
   std::ranges::replace(text, '(', '[');
   std::ranges::replace(text, ')', ']');
   try {
-    const YAML::Node list = YAML::Load("[" + text + "]");  // else what follows would be passed over
+    // The brackets make sure that text after the dictionary is not ignored.
+    const YAML::Node list = YAML::Load("[" + text + "]");
     if (list.size() != 1 || list[0].size() != 3) throw YAML::Exception({}, "");
     Header header{list[0]["descr"].as<std::string>(), list[0]["fortran_order"].as<bool>(), {}};
     const YAML::Node shape = list[0]["shape"];
@@ -119,7 +121,7 @@ Header read_header(std::istream& file) {
   return parse_header(read_exactly(file, length));
 }
 
-/// The file is as long as its header says, and the array no longer than `max_bytes`.
+/// Checks that the file is as long as its header says, and the array not longer than `max_bytes`.
 NpyArray read_array(std::istream& file, std::size_t max_bytes) {
   const Header header = read_header(file);
   const auto* known = std::ranges::find(kTypeNames, header.descr, &TypeName::descr);
@@ -168,7 +170,7 @@ std::string format_array(NpyType type, const std::vector<std::size_t>& shape, st
   std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}{}), }}",
                                    name_of(type).descr, extents, shape.size() == 1 ? "," : "");
   const std::size_t prefix = kMagic.size() + 4;
-  header.append(63 - (prefix + header.size()) % 64, ' ');  // data aligned to 64 bytes, as numpy has it
+  header.append(63 - (prefix + header.size()) % 64, ' ');  // The data are aligned to 64 bytes, as in numpy.
   header += '\n';
   std::string contents(kMagic);
   contents +=

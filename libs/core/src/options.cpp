@@ -53,7 +53,7 @@ class OptionReader final : public OptionVisitor {
   void integer(const std::string& key, int& value, int min, int max, const std::string&) override {
     const YAML::Node node = find(key);
     if (!node) return;
-    double given = 0.0;  // so that 320.0 is a whole number too
+    double given = 0.0;  // A double, so that 320.0 counts as a whole number, too.
     if (!parse(scalar(node, key, "a whole number"), given) || given != std::floor(given))
       fail_value(node, key, "must be a whole number");
     if (!(given >= min && given <= max))
@@ -90,7 +90,7 @@ class OptionReader final : public OptionVisitor {
 
   void ignored(const std::string& key) override { find(key); }
 
-  /// Call when every key has been described.
+  /// To be called when every key has been described.
   void finish() {
     leave();
     if (!unknown_.empty()) fail_unknown(unknown_.front());
@@ -98,7 +98,7 @@ class OptionReader final : public OptionVisitor {
 
  private:
   struct Section {
-    YAML::Node node;   // a map, or undefined when the file does not have it
+    YAML::Node node;   // A map, or undefined if the file does not contain it.
     std::string name;  // "gelslam_config.track_config.", or "" at the top
     std::vector<std::string> known;
   };
@@ -106,7 +106,7 @@ class OptionReader final : public OptionVisitor {
   struct UnknownKey {
     YAML::Node node;
     std::string section, key;
-    std::vector<std::string> known;  // what the section could hold
+    std::vector<std::string> known;  // Keys that the section may contain.
   };
 
   void enter(const YAML::Node& node, const std::string& name) {
@@ -152,7 +152,7 @@ class OptionReader final : public OptionVisitor {
     section.known.push_back(key);
     described_.emplace_back(section.name, key);
     if (!section.node) return YAML::Node(YAML::NodeType::Undefined);
-    const YAML::Node& node = section.node;  // const: looking up must not insert
+    const YAML::Node& node = section.node;  // Const, because a look-up must not insert.
     return node[key];
   }
 
@@ -203,8 +203,8 @@ class OptionReader final : public OptionVisitor {
 
   std::filesystem::path file_;
   std::vector<Section> sections_;
-  // Unknown keys are judged when all keys have been described: one may belong into a section that comes
-  // later.
+  // Unknown keys are reported only when all keys have been described, as a key may belong to a section that
+  // is described later.
   std::vector<UnknownKey> unknown_;
   std::vector<std::pair<std::string, std::string>> described_;  // section and key
 };
@@ -224,7 +224,7 @@ struct PassedOver final : YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-/// YAML::LoadAll() does not end where something follows that begins no document: "{}}".
+/// YAML::LoadAll() does not terminate for text after the document that begins no new one: "{}}".
 YAML::Node only_document(const std::string& yaml) {
   std::istringstream stream(yaml);
   YAML::Parser parser(stream);

@@ -12,22 +12,23 @@
 namespace gelslam {
 namespace {
 
-// A signal handler can reach nothing but a global; lock-free, so that it may be set there and read by any
-// thread.
-std::atomic<int> request_count{0};  // of the program
-std::atomic<int> request_limit{0};  // that ask; 0: there is no watch
-std::atomic<int> request_start{0};  // those before the outermost watch
+// A signal handler can only access globals. They are lock-free, so that it may set them and any thread may
+// read them.
+std::atomic<int> request_count{0};  // Number of requests so far.
+std::atomic<int> request_limit{0};  // Number of requests that do not end the program; 0: there is no watch.
+std::atomic<int> request_start{0};  // Number of requests before the outermost watch.
 std::atomic<int> first_signal{0};
 std::atomic<bool> ends_regularly{false};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_interrupt(int signal) {
-  // A shell passes on the hang-up that the terminal has sent already: one closed terminal asks once.
+  // A shell forwards the hang-up that the terminal has already sent, so that a closed terminal would count
+  // twice.
   if (signal == SIGHUP && request_count.load() > request_start.load()) return;
   int none = 0;
   if (!ends_regularly.load()) first_signal.compare_exchange_strong(none, signal);
   if (request_count.fetch_add(1) + 1 < request_limit.load()) return;
-  // The next one of either kind is not asked any more.
+  // The next signal ends the program immediately.
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 }
@@ -49,10 +50,11 @@ void return_free_memory() {
 
 void lower_thread_priority() {
   constexpr int kSteps = 10,
-                kLowest = 19;  // ten steps: about a tenth of the processor time beside the caller
-  // On Linux a nice value belongs to a thread, and 0 is the calling one.
+                // Ten steps correspond to about a tenth of the processor time compared with the caller.
+      kLowest = 19;
+  // On Linux a nice value belongs to a thread, and 0 stands for the calling one.
   errno = 0;
-  const int now = ::getpriority(PRIO_PROCESS, 0);  // -1 is a value, too
+  const int now = ::getpriority(PRIO_PROCESS, 0);  // -1 is also a valid value.
   if (errno == 0) ::setpriority(PRIO_PROCESS, 0, std::min(now + kSteps, kLowest));
 }
 
@@ -73,8 +75,8 @@ InterruptWatch::InterruptWatch(int asks, Ends ends)
   sigaction(SIGINT, &action, &previous_interrupt_);
   sigaction(SIGTERM, &action, &previous_terminate_);
   sigaction(SIGHUP, nullptr, &previous_hangup_);
-  if (previous_hangup_.sa_handler != SIG_IGN)
-    sigaction(SIGHUP, &action, nullptr);  // else nohup: to outlive the terminal
+  // Not done under nohup, where the program must outlive the terminal.
+  if (previous_hangup_.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 InterruptWatch::~InterruptWatch() {

@@ -22,7 +22,7 @@ fs::path absolute_folder(const fs::path& folder) {
   std::error_code code;
   fs::path path = fs::weakly_canonical(fs::absolute(folder), code);
   if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
-  if (!path.has_filename()) path = path.parent_path();  // "RUN/"
+  if (!path.has_filename()) path = path.parent_path();  // The path ends in a slash: "RUN/".
   if (!path.has_filename()) throw Error(folder.string() + ": cannot be an output folder; name a new one");
   return path;
 }
@@ -33,7 +33,7 @@ bool lies_inside(const fs::path& path, const fs::path& folder) {
   return !code && !relative.empty() && *relative.begin() != "..";
 }
 
-/// Throws when the folder holds a recording, or something that the command did not put there.
+/// Throws when the folder contains a recording, or anything that the program did not put there.
 void check_entries(const fs::path& folder, const std::vector<std::string>& known) {
   std::error_code code;
   for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end;
@@ -97,10 +97,11 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
     throw Error(to.string() + ": cannot be written: " + errno_text());
 }
 
-/// Two folders change places.
+/// Exchanges two folders.
 void exchange(const fs::path& one, const fs::path& other) {
   if (::renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE) == 0) return;
-  const fs::path aside = sibling(other, ".gelslam-old");  // a file system without it, such as NFS
+  // For a file system without RENAME_EXCHANGE, such as NFS.
+  const fs::path aside = sibling(other, ".gelslam-old");
   rename_or_throw(other, aside);
   rename_or_throw(one, other);
   rename_or_throw(aside, one);
@@ -155,7 +156,7 @@ RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
   lock_temporary();
   try {
     lock_final();
-    remove_contents(temporary_);  // of a program that was killed
+    remove_contents(temporary_);  // Left by a program that was killed.
   } catch (const Error&) {
     fs::remove_all(temporary_, code);
     throw;
@@ -197,11 +198,11 @@ bool RunFolder::replaces() const {
 
 void RunFolder::put_in_place() {
   check_may_write(final_, options_);
-  lock_final();  // of one that has appeared meanwhile
+  lock_final();  // Locks a folder that has appeared in the meantime.
   replaces() ? exchange(temporary_, final_) : rename_or_throw(temporary_, final_);
   sync_folder(final_.parent_path());
   std::error_code code;
-  fs::remove_all(std::exchange(temporary_, {}), code);  // what was replaced
+  fs::remove_all(std::exchange(temporary_, {}), code);  // Removes the folder that was replaced.
   final_lock_ = FolderLock();
 }
 
@@ -211,7 +212,7 @@ void check_run_files(const fs::path& folder) {
   known.insert(known.end(), {"session.db-wal", "session.db-shm", "log*.mkv"});
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const fs::path name = entry->path().filename();
-    if (name == "session.db-journal")  // of SQLite, which would follow it to other files
+    if (name == "session.db-journal")  // SQLite would apply such a journal, which can refer to other files.
       throw Error(entry->path().string() + ": no run holds that; remove it");
     const fs::file_type type = entry->symlink_status(code).type();
     if (type != fs::file_type::regular && type != fs::file_type::directory && is_one_of(name, known))

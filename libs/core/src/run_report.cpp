@@ -43,7 +43,8 @@ void read_optional(const Json& json, const char* key, std::optional<T>& value) {
   if (json.contains(key)) json[key].get_to(value.emplace(T{}));
 }
 
-/// The member that is missing, or of another type than in `model`: "frames.total"; or "".
+/// Returns the name of a member that is missing or has another type than in `model`, such as "frames.total";
+/// or "".
 std::string wrong_member(const Json& json, const Json& model) {
   for (const auto& [key, value] : model.items()) {
     if (!json.contains(key)) return key;
@@ -84,9 +85,10 @@ RunReport parse_report(const std::string& text, const std::filesystem::path& fil
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) throw Error(damaged);
   if (json.contains("mesh") && json["mesh"].is_object())
-    json["mesh"].emplace("islands_left_out", 0);  // older runs do not say it
-  json.emplace("touched", RunReport::Touched{});  // the same
-  if (json.contains("reservations")) json.emplace("result_warnings", json["reservations"]);  // so called then
+    json["mesh"].emplace("islands_left_out", 0);  // Reports of older versions do not contain it.
+  json.emplace("touched", RunReport::Touched{});  // Neither do they contain this.
+  // Its name in older versions.
+  if (json.contains("reservations")) json.emplace("result_warnings", json["reservations"]);
   if (const std::string member = wrong_member(json, RunReport()); !member.empty())
     throw Error(damaged + ": " + member + " is missing or not as it should be");
   try {

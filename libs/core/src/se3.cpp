@@ -7,7 +7,7 @@
 namespace gelslam {
 namespace {
 
-// Coefficients of the left Jacobian: J = I + a [w]x + b [w]x^2.
+// Coefficients of the left Jacobian J = I + a [w]x + b [w]x².
 struct LeftJacobianCoefficients {
   double a, b;
 };

@@ -10,13 +10,14 @@
 namespace gelslam {
 namespace {
 
-// What any lens, camera and gel may have.
+// Limits for any real lens, camera and gel.
 constexpr double kMaxK1 = 0.3, kMinDistanceMm = 5, kSteepestDome = 0.5, kMaxAspect = 1.5;
 
 }  // namespace
 
 std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm) {
-  const auto in = [](double x, double least, double most) { return x >= least && x <= most; };  // NaN: false
+  // False for NaN.
+  const auto in = [](double x, double least, double most) { return x >= least && x <= most; };
   const auto [u, v] = optics.lens_center_px;
   const auto [a, b] = optics.gel_dome_per_mm;
   if (!in(optics.lens_k1, -kMaxK1, kMaxK1)) return "lens_k1 must be from -0.3 to 0.3";

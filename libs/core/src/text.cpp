@@ -17,7 +17,7 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// The run of digits that starts at `at`, without leading zeros.
+/// Returns the digits that begin at `at`, without leading zeros.
 std::string_view number_at(std::string_view text, std::size_t at, std::size_t& end) {
   end = at;
   while (end < text.size() && is_digit(text[end])) ++end;
@@ -25,7 +25,7 @@ std::string_view number_at(std::string_view text, std::size_t at, std::size_t& e
   return text.substr(at, end - at);
 }
 
-/// Bytes of the letter that UTF-8 text begins with; 0 where these are none.
+/// Returns the number of bytes of the UTF-8 character at the beginning; 0 if it is not valid.
 std::size_t letter_bytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   const std::size_t bytes = first < 0x80   ? 1
@@ -40,8 +40,8 @@ std::size_t letter_bytes(std::string_view text) {
   return bytes;
 }
 
-/// Least number of insertions, deletions and replacements of one byte and swaps of two neighbors that turn
-/// `a` into `b` (optimal string alignment: no byte is edited twice).
+/// Returns the least number of insertions, deletions and replacements of one byte, and swaps of two
+/// neighboring bytes, that turn `a` into `b` (optimal string alignment: no byte is edited twice).
 int edit_distance(std::string_view a, std::string_view b) {
   // Three rows of the table: the current one and, because a swap looks two letters back, two before it.
   std::vector<int> before_previous, previous(b.size() + 1), row(b.size() + 1);
@@ -63,7 +63,7 @@ int edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
   constexpr std::size_t longest_word =
-      100;  // beyond that it is no misspelling, and the table would cost time
+      100;  // A longer word is no misspelling, and the table would take time.
   if (word.size() > longest_word) return "";
   std::string best;
   int best_distance = static_cast<int>(std::max<std::size_t>(1, word.size() / 3)) + 1;

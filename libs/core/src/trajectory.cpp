@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMaxLineLength = 4096;   // eight numbers need a tenth of this
 constexpr std::size_t kMaxLines = 50'000'000;  // 23 days at 25 Hz
-constexpr double kMaxTranslationM = 1000.0;    // anything beyond is not a touch sensor's path
+constexpr double kMaxTranslationM = 1000.0;    // Larger values do not occur in the path of a tactile sensor.
 
 std::string at_line(const std::filesystem::path& path, std::size_t line_number) {
   return path.string() + ", line " + std::to_string(line_number);
@@ -83,7 +83,7 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
   Eigen::Quaterniond q(pose_mm.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d t = pose_mm.translation() * 1e-3;
-  constexpr double kTwelveDigitsS = 1e6;  // smaller times need no more than twelve digits for microseconds
+  constexpr double kTwelveDigitsS = 1e6;  // For smaller times, twelve digits include the microseconds.
   return (time_s < kTwelveDigitsS ? fmt::format("{:.12g}", time_s) : fmt::format("{:.6f}", time_s)) +
          fmt::format(" {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", t.x(), t.y(), t.z(), q.x(),
                      q.y(), q.z(), q.w());

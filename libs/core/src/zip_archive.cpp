@@ -33,7 +33,8 @@ std::string read_entry(zip_t* archive, zip_uint64_t index, std::size_t max_bytes
   if (info.size > max_bytes)
     throw Error(where + " holds more than expected (" + std::to_string(info.size) + " bytes)");
   const std::unique_ptr<zip_file_t, Discard> entry(zip_fopen_index(archive, index, 0));
-  std::string bytes(info.size + 1, '\0');  // one more: the end must be reached for libzip to check the CRC
+  // One byte more, because libzip checks the CRC only when the end is reached.
+  std::string bytes(info.size + 1, '\0');
   std::size_t size = 0;
   while (entry && size < bytes.size()) {
     const zip_int64_t count = zip_fread(entry.get(), bytes.data() + size, bytes.size() - size);

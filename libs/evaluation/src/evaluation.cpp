@@ -14,7 +14,7 @@ constexpr int kTruthSamples = 100'000;
 constexpr std::uint64_t kTruthSeed = 3;
 constexpr double kMaxTimeMismatchFrames = 0.25;
 
-/// A run's folder, or a bare .tum file. Throws Error when its trajectory is missing, empty or damaged.
+/// Reads a run folder or a single .tum file. Throws Error when the trajectory is missing, empty or damaged.
 RunFiles read_run(const std::filesystem::path& folder_or_tum) {
   if (!std::filesystem::exists(folder_or_tum))
     throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
@@ -30,7 +30,7 @@ RunFiles read_run(const std::filesystem::path& folder_or_tum) {
 
 bool has_several_logs(const RunFiles& run) { return run.report && run.report->logs.size() > 1; }
 
-/// The log frame whose sensor frame is the frame of trajectory and mesh.
+/// Returns the log frame whose sensor frame is the frame of trajectory and mesh.
 std::optional<std::int64_t> anchor_frame(const RunFiles& run) {
   return run.report && run.report->anchor_frame >= 0 ? std::optional(run.report->anchor_frame) : std::nullopt;
 }
@@ -38,7 +38,7 @@ std::optional<std::int64_t> anchor_frame(const RunFiles& run) {
 void check_lengths(const GroundTruth& truth, const RunFiles& run) {
   if (!run.report) return;
   const RunReport& report = *run.report;
-  // A run that was interrupted has seen only the beginning of its log.
+  // An interrupted run has processed only the beginning of its log.
   const bool saw_all = !report.partial && report.frames.left_out == 0 && !has_several_logs(run);
   if (saw_all && report.frames.total != truth.log_frames())
     throw Error("the run's log had " + std::to_string(report.frames.total) + " frames, the truth is for " +
@@ -48,8 +48,8 @@ void check_lengths(const GroundTruth& truth, const RunFiles& run) {
                 std::to_string(truth.log_frames()) + " frames");
 }
 
-/// The truth's index for each time stamp of the run's first log; frames of the background, which the truth
-/// does not cover, are left out.
+/// Returns for each time stamp of the run's first log the index in the truth. Frames of the background, which
+/// the truth does not cover, are left out.
 std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunFiles& run) {
   std::vector<IndexedPose> estimate;
   for (const StampedPose& pose : run.trajectory) {
@@ -82,7 +82,7 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
       throw Error(std::string("the ") + name + " " + warning);
   NoProgress silent;
   ProgressSink& steps = progress != nullptr ? *progress : silent;
-  steps.begin("measuring the mesh", 3);  // steps of about the same length
+  steps.begin("measuring the mesh", 3);  // The steps take about the same time.
   const TriangleScene estimate(meshes.estimate);
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
@@ -102,7 +102,7 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   return result;
 }
 
-/// Between the two poses around a time, unless these are too far apart.
+/// Interpolates between the two poses around a time, unless they are too far apart in time.
 std::optional<Pose> pose_at(const std::vector<StampedPose>& trajectory, double time_s) {
   constexpr double kMaxGapS = 0.1;
   const auto after = std::ranges::lower_bound(trajectory, time_s, {}, &StampedPose::time_s);
@@ -114,7 +114,8 @@ std::optional<Pose> pose_at(const std::vector<StampedPose>& trajectory, double t
   return before.map_T_sensor * se3_exp(share * se3_log(before.map_T_sensor.inverse() * after->map_T_sensor));
 }
 
-/// Matches by time: one true pose for each of the run's, indices as its rate gives them.
+/// Matches by time: one true pose is interpolated for each pose of the run, with indices according to the
+/// run's rate.
 Comparison compare_with_trajectory(const std::filesystem::path& run, const std::filesystem::path& tum) {
   constexpr double kMaxFps = 1000;
   Comparison comparison;
@@ -139,10 +140,10 @@ Comparison compare_with_trajectory(const std::filesystem::path& run, const std::
   return comparison;
 }
 
-/// Asks about the notation of the true poses where the run's motions agree with another one: how far and
-/// about which axes the sensor moved from pose to pose depends on no frame of reference.
+/// Returns a warning if the run's motions agree with the true ones only in another notation of rotations.
+/// Length and axis of the motion from pose to pose do not depend on the frame of reference.
 std::string motion_warning(const Comparison& comparison) {
-  const auto reordered = [](const Pose& pose) {  // as if qx qy qz qw had been qw qx qy qz
+  const auto reordered = [](const Pose& pose) {  // The quaternion read as if qx qy qz qw were qw qx qy qz.
     const Eigen::Quaterniond q(pose.linear());
     return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
   };
@@ -161,7 +162,7 @@ std::string motion_warning(const Comparison& comparison) {
     reordered_error_rad += turned.angularDistance(reordered(*true_from).inverse() * reordered(*true_to));
   }
   const double ratio = true_mm / run_mm;
-  if (ratio > std::sqrt(1000) && std::isfinite(ratio))  // nearer to 1000 than to 1
+  if (ratio > std::sqrt(1000) && std::isfinite(ratio))  // The ratio is nearer to 1000 than to 1.
     return "the true motions are " + std::to_string(std::lround(ratio)) +
            " times as long as the run's: are the true positions in millimeters? They have to be in meters";
   if (2 * reordered_error_rad < error_rad)
@@ -203,7 +204,7 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
                     ProgressSink* progress) {
   const GroundTruth& truth = comparison.truth;
   Evaluation evaluation;
-  // As the public system is measured, whose first frame is its anchor.
+  // The public system is evaluated in this way: the first frame is its anchor.
   const int first = choose_reference_index(comparison.estimate, truth.start_T_currs, std::nullopt);
   evaluation.trajectory = evaluate_trajectory(comparison.estimate, truth.start_T_currs, first, truth.fps);
   evaluation.reference_s = truth.start_s;
@@ -220,8 +221,9 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
 
 std::string Evaluation::warning() const {
   if (!trajectory_warning.empty()) return trajectory_warning;
-  // Distances to another object's surface may be small, too. The ratio of these angles is 0.1 to 0.67 for the
-  // own surface, 0.78 to 1.1 for those of others (seven runs, seven objects); smooth ones do not tell.
+  // The distances to another object's surface may be small, too. The ratio of the two angles is 0.1 to 0.67
+  // for the right surface and 0.78 to 1.1 for surfaces of other objects (seven runs, seven objects). On
+  // smooth surfaces it tells nothing.
   constexpr double kMaxRatio = 0.72, kSmoothDeg = 5;
   if (!mesh || mesh->at_known_pose.normals_deg < kSmoothDeg ||
       mesh->at_known_pose.normals_deg < kMaxRatio * mesh->at_known_pose.normals_aside_deg)

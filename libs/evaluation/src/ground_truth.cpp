@@ -20,7 +20,7 @@ constexpr double kMillimetersPerMeter = 1000.0;
 constexpr double kMaxFps = 10'000.0;
 constexpr std::size_t kMaxBytes = 64U << 20;
 
-/// Parses a file that holds one JSON object (at most 64 MB).
+/// Parses a file that contains one JSON object (at most 64 MB).
 nlohmann::json read_json_object(const std::filesystem::path& path) {
   const std::string text = read_file(path);
   if (text.size() > kMaxBytes)
@@ -30,8 +30,8 @@ nlohmann::json read_json_object(const std::filesystem::path& path) {
   return object;
 }
 
-/// The number at `key`, none where the key is absent. Throws Error when it is no finite number from `low` to
-/// `high`.
+/// Returns the number at `key`, or nothing if the key is absent. Throws Error when it is not a finite number
+/// between `low` and `high`.
 std::optional<double> number_at(const nlohmann::json& object, const std::string& key, double low, double high,
                                 const std::filesystem::path& path) {
   const auto found = object.find(key);
@@ -43,7 +43,7 @@ std::optional<double> number_at(const nlohmann::json& object, const std::string&
   return value;
 }
 
-/// The same for a whole number.
+/// As number_at(), for an integer.
 std::optional<int> count_at(const nlohmann::json& object, const std::string& key,
                             const std::filesystem::path& path) {
   const auto value = number_at(object, key, 0, std::numeric_limits<int>::max(), path);
@@ -52,7 +52,8 @@ std::optional<int> count_at(const nlohmann::json& object, const std::string& key
   return static_cast<int>(*value);
 }
 
-/// A 4 x 4 matrix of 16 row-major numbers, meters to millimeters. Throws Error when it is no rigid motion.
+/// Converts a 4 x 4 matrix of 16 row-major numbers, meters to millimeters. Throws Error when it is not a
+/// rigid motion.
 Pose to_pose(const double* numbers, const std::string& what) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(numbers);
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
@@ -105,7 +106,7 @@ void read_meta(const std::filesystem::path& path, GroundTruth& truth) {
                 std::to_string(truth.background_frames) + " of them background: it belongs to another log");
 }
 
-/// The public layout has no meta.json; its frame rate is in the configuration.
+/// Folders of the public layout have no meta.json; their frame rate is in the configuration.
 void read_frame_rate(const std::filesystem::path& path, GroundTruth& truth) {
   try {
     const YAML::Node rate = YAML::LoadFile(path.string())["device_config"]["framerate"];

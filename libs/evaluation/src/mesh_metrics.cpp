@@ -1,3 +1,7 @@
+// Distances between a reconstructed and a true surface, by points sampled in proportion to area and their
+// nearest triangles. accuracy: from the reconstruction to the truth; completeness: from the truth to the
+// reconstruction.
+
 #include "gelslam/evaluation/mesh_metrics.hpp"
 
 #include <Eigen/Geometry>
@@ -16,7 +20,7 @@ constexpr int kAccuracySamples = 200'000;
 constexpr std::uint64_t kAccuracySeed = 1;
 constexpr double kLevelsMm[] = {0.05, 0.1, 0.25};
 
-/// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
+/// Uniform in [0, 1) and the same on every platform, unlike std::uniform_real_distribution.
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
 std::vector<double> cumulated_areas(const Mesh& mesh) {
@@ -28,7 +32,7 @@ std::vector<double> cumulated_areas(const Mesh& mesh) {
 }
 
 Eigen::Vector3d point_on(const Mesh& mesh, std::size_t triangle, double u, double v) {
-  const double root = std::sqrt(u);  // uniform over the area (Osada et al. 2002)
+  const double root = std::sqrt(u);  // The root makes the points uniform over the area (Osada et al. 2002).
   const auto [a, b, c] = corners_mm(mesh, mesh.triangles[triangle]);
   return (1.0 - root) * a + root * (1.0 - v) * b + root * v * c;
 }
@@ -42,7 +46,7 @@ std::vector<double> distances_of(const std::vector<ClosestPoint>& closest) {
 DistanceSummary summarize(std::vector<double> distances) {
   DistanceSummary summary;
   if (distances.empty()) return summary;
-  std::sort(distances.begin(), distances.end());  // the mean is summed in ascending order
+  std::sort(distances.begin(), distances.end());  // The mean is summed in ascending order, too.
   const auto ranked = [&](double share) {
     return distances[static_cast<std::size_t>(share * static_cast<double>(distances.size() - 1) + 0.5)];
   };
@@ -59,7 +63,8 @@ std::vector<double> sampled_distances(const Mesh& surface, const TriangleScene& 
       target.closest(sample_points(sample_surface(surface, kAccuracySamples, kAccuracySeed))));
 }
 
-/// Median angle between the normals of a surface, moved along itself, and those of the target nearby.
+/// Returns the median angle between the normals of a surface, shifted along itself, and those of the target
+/// nearby.
 double turn_deg(const TriangleScene& surface, const TriangleScene& target, double aside_mm) {
   constexpr int kSamples = 20'000;
   const std::vector<SurfaceSample> samples = sample_surface(surface.mesh(), kSamples, kAccuracySeed);
@@ -125,8 +130,9 @@ double area_around(const std::vector<Eigen::Vector3d>& points_mm, const Triangle
   }
   double area = 0;
   for (const Eigen::Vector3i& corners : mesh.triangles)
+    // Each corner has a third of its triangle's area.
     for (const int corner : corners)
-      if (is_near[index(corner)]) area += area_normal(mesh, corners).norm() / 6;  // a third of the triangle
+      if (is_near[index(corner)]) area += area_normal(mesh, corners).norm() / 6;
   return area;
 }
 

@@ -1,3 +1,8 @@
+// Point-to-plane ICP (Chen & Medioni 1992) of a reconstruction onto the true surface. Each iteration finds
+// the closest triangle of every sample and makes a Gauss-Newton step with Huber weights, whose threshold
+// follows the median residual. The step is made along the eigenvectors of the information matrix, except
+// those that the surface does not determine. The pose with the smallest mean distance is returned.
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -13,10 +18,10 @@ constexpr int kMatchSamples = 15'000;
 constexpr std::uint64_t kMatchSeed = 2;
 constexpr int kMaxIterations = 60;
 constexpr double kSmallestStepMm = 1e-5;
-// Directions whose information is below this share of the strongest are not determined by the surface.
+// Directions whose information is below this fraction of the largest one are not determined by the surface.
 constexpr double kUnobservableShare = 1e-4;
 
-/// Residuals of the samples at one pose.
+/// Closest points and residuals of the samples at one pose.
 struct Matches {
   std::vector<Eigen::Vector3d> points;
   std::vector<ClosestPoint> closest;
@@ -47,12 +52,12 @@ double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d&
 double huber_threshold(const std::vector<double>& residuals) {
   std::vector<double> magnitudes;
   for (const double residual : residuals) magnitudes.push_back(std::abs(residual));
-  return std::max(
-      1e-6, 1.345 * 1.4826 * median(std::move(magnitudes)));  // 95 % efficiency; median to standard deviation
+  // 1.345 gives 95 % efficiency; 1.4826 converts a median to a standard deviation.
+  return std::max(1e-6, 1.345 * 1.4826 * median(std::move(magnitudes)));
 }
 
-/// One Gauss-Newton step about `center`: rotation times `radius` first (so that all six are lengths), then
-/// translation.
+/// Returns one Gauss-Newton step about `center`: first the rotation times `radius`, so that all six entries
+/// are lengths, then the translation.
 Vector6d gauss_newton_step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& center,
                            double radius) {
   std::vector<Vector6d> jacobians;

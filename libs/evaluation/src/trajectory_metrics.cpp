@@ -1,3 +1,7 @@
+// Errors of a trajectory: mean absolute errors along the six axes (as in Huang et al., NormalFlow, RA-L
+// 2024), and absolute and relative pose errors (Sturm et al. 2012). Both trajectories are expressed relative
+// to a common reference frame.
+
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 #include <Eigen/Geometry>
@@ -9,7 +13,7 @@
 namespace gelslam {
 namespace {
 
-/// Both poses of a frame, relative to the reference frame.
+/// True and estimated pose of a frame, relative to the reference frame.
 struct PosePair {
   int index;
   Pose estimated;
@@ -42,7 +46,8 @@ void set_axis_errors(const std::vector<PosePair>& pairs, TrajectoryMetrics& metr
   metrics.geometric_mean_mm = geometric_mean_mm(sum);
 }
 
-/// Translation of the estimate moved onto the truth by the best rotation and shift (Kabsch, no scale).
+/// Returns the RMSE of the translation after the best rigid alignment of the estimate with the truth (Kabsch,
+/// without scale).
 double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
   Eigen::Matrix3Xd estimated(3, pairs.size()), truth(3, pairs.size());
   for (Eigen::Index i = 0; i < truth.cols(); ++i) {
@@ -78,8 +83,8 @@ RelativePoseError relative_error(const std::vector<PosePair>& pairs, int frames_
 }  // namespace
 
 Eigen::Vector3d euler_zxy_deg(const Eigen::Matrix3d& r) {
-  // Ry Rx Rz: the middle row is (cos rx sin rz, cos rx cos rz, -sin rx), the last column (sin ry cos rx, -sin
-  // rx, cos ry cos rx).
+  // For Ry Rx Rz, the middle row is (cos rx sin rz, cos rx cos rz, -sin rx), and the last column is (sin ry
+  // cos rx, -sin rx, cos ry cos rx).
   const double cos_rx = std::hypot(r(0, 2), r(2, 2));
   const double rx = std::atan2(-r(1, 2), cos_rx);
   if (cos_rx < 1e-7) return kDegreesPerRadian * Eigen::Vector3d(rx, 0.0, std::atan2(-r(0, 1), r(0, 0)));

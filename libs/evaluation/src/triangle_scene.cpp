@@ -12,10 +12,12 @@
 namespace gelslam {
 namespace {
 
-/// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
-/// covers itself so often that measuring would not end, if searches from the mesh itself take as long: of
-/// points that are as far from all of a healthy mesh, as a ball's center is, a search looks at all of it.
-/// Judged by a few.
+/// closest() tests kJudgedPoints of the points. If their searches visit more than kMaxVisits * kJudgedPoints
+/// triangles in total (this total is fixed, so the limit per search is higher for fewer points), searches
+/// from the triangles' own centers are tested in the same way. Only if these exceed the limit, too, the mesh
+/// is refused because too many of its triangles coincide: usual meshes need some dozens of visits. The second
+/// test is needed because a point at the same distance from the whole surface, such as the center of a ball,
+/// makes a search visit everything in a good mesh, too.
 constexpr std::size_t kMaxVisits = 1000;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
@@ -28,13 +30,13 @@ Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector
   return a + std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) * ab;
 }
 
-/// The point of triangle abc nearest to p; triangles without area are treated as their edges.
+/// Returns the point of triangle abc nearest to p. Triangles without area are treated as their edges.
 Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   const double normal2 = normal.squaredNorm();
   if (normal2 > 0.0) {
-    // Inside the prism above the triangle the foot of the perpendicular is nearest.
+    // For a point within the prism above the triangle, the foot of the perpendicular is the nearest point.
     const bool inside = normal.cross(b - a).dot(p - a) >= 0.0 && normal.cross(c - b).dot(p - b) >= 0.0 &&
                         normal.cross(a - c).dot(p - c) >= 0.0;
     if (inside) return p - (p - a).dot(normal) / normal2 * normal;
@@ -49,7 +51,7 @@ struct ClosestSearch {
   const Mesh& mesh;
   Eigen::Vector3d point;
   ClosestPoint best;
-  std::size_t visits = 0;  ///< of triangles
+  std::size_t visits = 0;  ///< Number of triangles visited.
 };
 
 bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
@@ -63,8 +65,8 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
                       (distance == search.best.distance_mm && index < search.best.triangle);
   if (!nearer) return false;
   search.best = {candidate, distance, index};
-  // A little wider than the best, so that ties and single-precision bounds never depend on the order of
-  // traversal.
+  // Slightly larger than the best distance, so that ties and single-precision bounds do not depend on the
+  // order of traversal.
   const double reach = 1.00001 * distance + 1e-4;
   if (reach >= static_cast<double>(arguments->query->radius)) return false;
   arguments->query->radius = static_cast<float>(reach);
@@ -77,7 +79,7 @@ struct TriangleScene::Impl {
   Mesh mesh;
   embree::MeshScene triangles;
 
-  /// The triangle nearest to a point; adds the triangles it looked at to `visits`.
+  /// Returns the triangle nearest to a point, and adds the number of triangles visited to `visits`.
   ClosestPoint closest(const Eigen::Vector3d& point_mm, std::size_t& visits) const {
     ClosestSearch search{mesh, point_mm, {}};
     search.best.distance_mm = std::numeric_limits<double>::infinity();

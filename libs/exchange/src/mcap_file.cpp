@@ -9,7 +9,7 @@ namespace gelslam::exchange::detail {
 namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::size_t kChunkBytes = 1 << 20;  // a reader takes chunks into memory as a whole
+constexpr std::size_t kChunkBytes = 1 << 20;  // Readers load whole chunks into memory.
 
 enum Opcode : std::uint8_t {
   header = 1,
@@ -32,7 +32,7 @@ std::string number(Number value) {
   return bytes;
 }
 
-/// With its length in front: strings, arrays, maps.
+/// Returns bytes preceded by their length, as strings, arrays and maps are stored.
 std::string counted_bytes(std::string_view bytes) {
   return number(static_cast<std::uint32_t>(bytes.size())).append(bytes);
 }
@@ -134,7 +134,8 @@ std::string McapFile::statistics() const {
                     number(span_.end) + map_bytes(counts_));
 }
 
-/// Schemas, channels, chunk indexes and statistics once more, where each group of them is, and the footer.
+/// Writes the summary: schemas, channels, chunk indexes and statistics again, the position of each of these
+/// groups, and the footer.
 void McapFile::write_summary() {
   const std::uint64_t start = offset_;
   crc_ = 0;

@@ -19,13 +19,14 @@ class McapFile {
  public:
   explicit McapFile(const std::filesystem::path& path);
 
-  /// Id of a new channel. `schema` is a JSON schema; channels of one schema name share it.
+  /// Returns the id of a new channel. `schema` is a JSON schema, which is shared by all channels with the
+  /// same schema name.
   std::uint16_t add_channel(const std::string& topic, const std::string& schema_name,
                             const std::string& schema);
-  /// A message at `time_ns` since the log's first frame. Messages may come in any order; readers are fastest
-  /// when they come in order of time.
+  /// Writes a message at `time_ns` since the log's first frame. The order of messages is free; files ordered
+  /// by time are the fastest to read.
   void write(std::uint16_t channel, std::uint64_t time_ns, std::string_view json);
-  /// The rest of the file, which then appears under its name. Throws Error when the disk is full.
+  /// Writes the rest of the file, which then appears under its name. Throws Error when the disk is full.
   void finish();
 
  private:
@@ -46,15 +47,16 @@ class McapFile {
   TemporaryFile temporary_;
   std::ofstream stream_;
   std::uint64_t offset_ = 0;
-  std::uint32_t crc_ = 0;                           ///< of all since the file's or the summary's begin
-  std::string schemas_, channels_, chunk_indexes_;  ///< records for the summary
+  std::uint32_t crc_ = 0;  ///< Checksum of everything since the beginning of the file or the summary.
+  std::string schemas_, channels_, chunk_indexes_;  ///< Records that are repeated in the summary.
   std::map<std::string, std::uint16_t> schema_ids_;
-  std::map<std::uint16_t, std::uint64_t> counts_;  ///< messages per channel
+  std::map<std::uint16_t, std::uint64_t> counts_;  ///< Number of messages per channel.
   std::uint32_t chunks_ = 0;
-  Span span_;  ///< of the file
+  Span span_;  ///< Time span of the file.
   std::string chunk_;
   Span chunk_span_;
-  std::map<std::uint16_t, std::vector<Entry>> chunk_entries_;  ///< time and offset in the chunk
+  /// Time and offset in the chunk for each message of a channel.
+  std::map<std::uint16_t, std::vector<Entry>> chunk_entries_;
 };
 
 }  // namespace gelslam::exchange::detail

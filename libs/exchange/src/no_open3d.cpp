@@ -3,7 +3,7 @@
 
 namespace gelslam {
 
-/// In place of watertight.cpp where Open3D is missing.
+/// Used instead of watertight.cpp in builds without Open3D.
 WatertightMesh make_watertight(const Mesh&, bool, ProgressSink&) {
   throw Error("watertight meshes need Open3D, and this program was built without it");
 }

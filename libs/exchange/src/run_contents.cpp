@@ -41,14 +41,14 @@ void add_path(RunContents& run) {
                                                                  : duration_text(duration_s)));
 }
 
-/// Where a log lies is nobody's business whom a page is sent to.
+/// Removes the folders of logs from a text, because a page may be sent to other people.
 void leave_out_folders(std::string& text, const std::vector<RunReport::Log>& logs) {
   for (const RunReport::Log& log : logs)
     if (const std::size_t at = log.file.empty() ? std::string::npos : text.find(log.file); at != text.npos)
       text.replace(at, log.file.size(), fs::path(log.file).filename().string());
 }
 
-/// The log of a live scan is in the run's folder, wherever that has been moved.
+/// Returns the path of a log. That of a live scan is in the run's folder, which may have been moved.
 fs::path find_log(const fs::path& folder, const fs::path& named) {
   std::error_code code;
   const fs::path own = folder / (named.extension() == ".mkv" ? named.filename() : "log.mkv");
@@ -94,7 +94,7 @@ std::vector<float> values_of(const Mesh& mesh, MeshColor color) {
   return heights_mm;
 }
 
-/// The values at the ends of the color map.
+/// Returns the values at both ends of the color map.
 std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
   if (values.empty()) return {0.0F, 1.0F};
   if (color == MeshColor::height) {

@@ -1,3 +1,10 @@
+// Watertight meshes by screened Poisson reconstruction (Kazhdan & Hoppe 2013; Open3D).
+//
+// Points with normals are sampled on the source, one per cell of the octree. An open result is trimmed at a
+// distance of reach_mm from the source. A closed result keeps the shells that something touched. If the
+// reconstruction is not closed, points of the convex hull are added where the object was not touched, and the
+// reconstruction is repeated.
+
 #include "gelslam/exchange/watertight.hpp"
 
 #include <open3d/geometry/PointCloud.h>
@@ -20,19 +27,20 @@ namespace {
 
 namespace o3d = open3d::geometry;
 
-constexpr int kMinDepth = 7, kMaxDepth = 12;  // of the octree: cells of 1/128 to 1/4096 of its edge
-constexpr float kCubeScale = 1.1F;            // the octree's edge over the largest extent; Open3D's default
+constexpr int kMinDepth = 7, kMaxDepth = 12;  // Depth of the octree: cells of 1/128 to 1/4096 of its edge.
+constexpr float kCubeScale = 1.1F;  // Edge of the octree relative to the largest extent; Open3D's default.
 constexpr double kReachCells = 4.0;
-constexpr double kBackShare = 0.1;  // of the largest extent: thickness of what was touched from one side
+// Relative to the largest extent: thickness of an object that was touched from one side only.
+constexpr double kBackShare = 0.1;
 constexpr std::uint64_t kSampleSeed = 3;
-constexpr double kMinSamples = 100;  // Open3D crashes with one
-constexpr double kMaxSamples = 5e6;  // about 6 GB
+constexpr double kMinSamples = 100;  // Open3D crashes with a single point.
+constexpr double kMaxSamples = 5e6;  // Needs about 6 GB.
 
 Eigen::Vector3d extent_mm(const o3d::PointCloud& points) {
   return points.GetMaxBound() - points.GetMinBound();
 }
 
-/// The vertices' normals between the corners, or the triangle's own.
+/// Returns the interpolated normal of the vertices, or the triangle's own.
 Eigen::Vector3d normal_at(const Mesh& mesh, const SurfaceSample& sample) {
   const Eigen::Vector3i& t = mesh.triangles[static_cast<std::size_t>(sample.triangle)];
   const Eigen::Vector3d own = area_normal(mesh, t);
@@ -47,7 +55,7 @@ Eigen::Vector3d normal_at(const Mesh& mesh, const SurfaceSample& sample) {
   return normal.normalized();
 }
 
-/// About one point with its normal per square of `spacing_mm`.
+/// Samples about one point with its normal per square of `spacing_mm`.
 o3d::PointCloud sampled(const Mesh& mesh, double spacing_mm) {
   const double count = std::ceil(area_mm2(mesh) / (spacing_mm * spacing_mm));
   if (count > kMaxSamples)
@@ -57,14 +65,14 @@ o3d::PointCloud sampled(const Mesh& mesh, double spacing_mm) {
   o3d::PointCloud points;
   for (const SurfaceSample& sample : sample_surface(mesh, static_cast<int>(count), kSampleSeed)) {
     const Eigen::Vector3d normal = normal_at(mesh, sample);
-    if (!(normal.norm() > 0.5)) continue;  // NaN and zero are none
+    if (!(normal.norm() > 0.5)) continue;  // Skips NaN and zero normals.
     points.points_.push_back(sample.point_mm);
     points.normals_.push_back(normal);
   }
   return points;
 }
 
-/// How deep the octree has to be for cells of at most `cell_mm`, within bounds; how wide they then are.
+/// Depth of an octree with cells of at most `cell_mm`, within bounds, and the resulting width of its cells.
 struct Octree {
   int depth = kMinDepth;
   double cell_mm = 0.0;
@@ -85,7 +93,8 @@ Mesh to_mesh(const o3d::TriangleMesh& found) {
   return mesh;
 }
 
-/// One thread: with more, Open3D's sums and with them the bytes depend on how the threads share the work.
+/// Uses one thread, because with more the order of Open3D's sums, and so the result, depends on the
+/// scheduling.
 Mesh reconstruct(const o3d::PointCloud& points, int depth) {
   const auto [found, density] = o3d::TriangleMesh::CreateFromPointCloudPoisson(
       points, static_cast<std::size_t>(depth), 0.0F, kCubeScale, false, 1);
@@ -100,7 +109,7 @@ bool is_closed(const Mesh& mesh) {
   return !mesh.triangles.empty() && edges.IsEdgeManifold(kMayHaveBorders);
 }
 
-/// Which vertices are near the source, and its triangle there.
+/// Returns for each vertex the closest point of the source.
 std::vector<ClosestPoint> closest_to(const TriangleScene& source, const Mesh& mesh) {
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3f& v : mesh.vertices_mm) points.push_back(v.cast<double>());
@@ -128,7 +137,8 @@ Mesh trimmed(const Mesh& mesh, const TriangleScene& source, double reach_mm) {
   return triangles_where(mesh, touched_triangles(mesh, closest_to(source, mesh), reach_mm));
 }
 
-/// Without the shells that nothing touched: where points contradict each other, bubbles arise.
+/// Returns the mesh without shells that nothing touched, which appear as bubbles where points contradict each
+/// other.
 Mesh touched_shells(const Mesh& mesh, const TriangleScene& source, double reach_mm) {
   const MeshShells shells = find_shells(mesh);
   const std::vector<char> touched = touched_triangles(mesh, closest_to(source, mesh), reach_mm);
@@ -140,7 +150,7 @@ Mesh touched_shells(const Mesh& mesh, const TriangleScene& source, double reach_
   return triangles_where(mesh, chosen);
 }
 
-/// The convex hull of the points and of the points moved inward by `thickness_mm`, facing outward.
+/// Returns the convex hull of the points and of the points moved inward by `thickness_mm`, facing outward.
 Mesh thick_hull(const o3d::PointCloud& points, double thickness_mm) {
   o3d::PointCloud cloud = points;
   for (std::size_t i = 0; i < points.points_.size(); ++i)
@@ -148,13 +158,14 @@ Mesh thick_hull(const o3d::PointCloud& points, double thickness_mm) {
   const auto hull = std::get<0>(cloud.ComputeConvexHull());
   const Eigen::Vector3d inside = hull->GetCenter();
   Mesh mesh = to_mesh(*hull);
-  for (Eigen::Vector3i& t : mesh.triangles)  // Qhull turns them either way
+  for (Eigen::Vector3i& t : mesh.triangles)  // Qhull orients triangles in both ways.
     if (area_normal(mesh, t).dot(corners_mm(mesh, t)[0] - inside) < 0) std::swap(t[1], t[2]);
   return mesh;
 }
 
-/// The points of `open`, and of the convex hull where `open` does not face outward: a point of the hull is
-/// left out where the surface that it sees when it looks inward faces it, and so is the object's side there.
+/// Returns the points of `open`, and those of the convex hull where the object was not touched. A point of
+/// the hull is left out if the first surface that a ray from it meets inward faces the point, because the
+/// object's side there was touched.
 o3d::PointCloud with_hull(const Mesh& open, double cell_mm) {
   o3d::PointCloud points = sampled(open, cell_mm);
   const Eigen::Vector3d extent = extent_mm(points);
@@ -185,7 +196,7 @@ void add_normals(Mesh& mesh) {
   for (Eigen::Vector3f& normal : mesh.normals) normal.normalize();
 }
 
-/// The mean of the nearest triangle's corners, 0 where nothing was touched.
+/// Sets confidence to the mean of the nearest triangle's corners, and to 0 where nothing was touched.
 void add_confidence(Mesh& mesh, const Mesh& source, const std::vector<ClosestPoint>& closest,
                     double reach_mm) {
   if (source.confidence.empty()) return;

@@ -20,7 +20,7 @@ namespace {
 using exchange::detail::McapFile;
 using Json = nlohmann::ordered_json;
 
-/// Of a Unix time, a double keeps the microseconds.
+/// A Unix time as a double is accurate to microseconds only.
 std::uint64_t nanoseconds(double time_s) {
   constexpr double kUnixS = 1e8;
   const std::int64_t time_ns =
@@ -33,8 +33,7 @@ Json stamp(double time_s) {
   return {{"sec", time_ns / 1'000'000'000}, {"nsec", time_ns % 1'000'000'000}};
 }
 
-// JSON schemas of Foxglove's messages, as far as the messages here go. Foxglove knows the types by their
-// names.
+// JSON schemas of Foxglove's messages, as far as they are used. Foxglove recognizes the types by their names.
 
 Json object_schema(const char* title, Json properties) {
   Json required = Json::array();
@@ -72,7 +71,7 @@ Json message_schema(const std::string& name) {
   properties["frame_id"] = simple_schema("string");
   if (name == "foxglove.PoseInFrame") {
     properties["pose"] = pose_schema();
-    properties["covariance"] = array_schema(simple_schema("number"));  // ours
+    properties["covariance"] = array_schema(simple_schema("number"));  // Not part of Foxglove's schema.
   }
   if (name == "foxglove.PosesInFrame") properties["poses"] = array_schema(pose_schema());
   if (name == "foxglove.CompressedImage") {
@@ -136,9 +135,9 @@ Json rgba(const std::array<std::uint8_t, 3>& color) {
   return {{"r", share(0)}, {"g", share(1)}, {"b", share(2)}, {"a", 1.0}};
 }
 
-constexpr std::size_t kTrianglesInAMessage = 5000;  // a vertex takes 0.7 kB of memory while it is written
+constexpr std::size_t kTrianglesInAMessage = 5000;  // A vertex takes 0.7 kB of memory while it is written.
 
-/// Some of the mesh's triangles, with their vertices.
+/// Returns a message with some of the mesh's triangles and their vertices.
 Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors,
                        std::span<const Eigen::Vector3i> triangles) {
   Json points = Json::array(), colors = Json::array(), indices = Json::array();
@@ -164,10 +163,10 @@ Json lines_message(const std::vector<StampedPose>& trajectory) {
   for (const auto& segment : unbroken_segments(trajectory)) {
     Json points = Json::array();
     for (const Pose& pose : segment) points.push_back(xyz(pose.translation()));
-    lines.push_back({{"type", 0},  // a strip
+    lines.push_back({{"type", 0},  // Type 0 is a line strip.
                      {"pose", pose_message(Pose::Identity())},
                      {"thickness", 2.0},
-                     {"scale_invariant", true},  // thickness in pixels
+                     {"scale_invariant", true},  // The thickness is in pixels.
                      {"points", points},
                      {"color", rgba({230, 120, 20})},
                      {"colors", Json::array()},
@@ -190,7 +189,7 @@ Json scene_message(const std::string& id, double time_s, const char* kind, Json 
   return {{"deletions", Json::array()}, {"entities", Json::array({entity})}};
 }
 
-/// A run on its way into a file: what is small first or in between, pictures as they come from the log.
+/// Writes a run into the file: small messages first or in between, images as they come from the log.
 class RunRecorder {
  public:
   RunRecorder(const std::filesystem::path& path, const RunContents& run) : file_(path), run_(run) {
@@ -202,7 +201,8 @@ class RunRecorder {
     channels_["/path"] = file_.add_channel("/path", "foxglove.SceneUpdate", "");
   }
 
-  /// What holds for the whole run, at its first moment, so that it is there wherever playing starts.
+  /// Writes messages that hold for the whole run at its first time, so that they exist wherever playback
+  /// starts.
   void write_whole(const VertexColors& colors) {
     const std::span<const Eigen::Vector3i> triangles = run_.mesh.triangles;
     const double start_s = run_.start_s();
@@ -217,7 +217,7 @@ class RunRecorder {
     write("/keyframes", start_s, poses_message(run_.keyframes, start_s));
   }
 
-  /// Poses up to a time.
+  /// Writes the poses up to a time.
   void write_poses(double until_s) {
     for (; pose_ < run_.trajectory.size() && run_.trajectory[pose_].time_s <= until_s; ++pose_) {
       const StampedPose& p = run_.trajectory[pose_];
@@ -270,7 +270,7 @@ class RunRecorder {
   std::size_t pose_ = 0, keyframe_ = 0;
 };
 
-/// Writes the pictures of a log that can be read; the reason why there are no more, or "".
+/// Writes the images of a log as far as it can be read. Returns why no more could be written, or "".
 std::string write_pictures(RunRecorder& recorder, const RunContents& run, const RunReport::Log& log,
                            ProgressSink& progress, std::int64_t& written) {
   if (log.file.empty()) return "the run does not say which log it was made from";

@@ -26,7 +26,7 @@ const char* color_name(MeshColor color) {
   return kNames[static_cast<int>(color)];
 }
 
-/// Everything the page's script shows, beside the mesh.
+/// Returns all data that the page's script shows, except the mesh.
 PageJson page_data(const RunContents& run, MeshColor color) {
   PageJson data{{"name", run.name}, {"color", color_name(color)}};
   data["figures"] = PageJson::array();
@@ -42,7 +42,7 @@ PageJson page_data(const RunContents& run, MeshColor color) {
   return data;
 }
 
-/// JSON that may stand in a script element: no "</script>", no "<!--".
+/// Returns JSON that can be put into a script element, without "</script>" and "<!--".
 std::string script_text(const PageJson& data) {
   std::string text;
   for (const char c : data.dump(-1, ' ', false, PageJson::error_handler_t::replace))

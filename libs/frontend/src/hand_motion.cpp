@@ -1,17 +1,19 @@
-// A filter of the sensor's motion over the object that learns its process noise (own; a speed learned from
-// the motion itself is the idea of KISS-ICP, Vizzo et al., RA-L 2023, section III-D).
+// A filter of the sensor's motion over the object that estimates its own process noise (not in the papers;
+// estimating the speed from the motion itself is the idea of KISS-ICP, Vizzo et al., RA-L 2023, section
+// III-D).
 //
-// State: the pose in the keyframe with its covariance, and a velocity. Prediction: the pose moves on by
-// velocity times elapsed time, and the step has the covariance (elapsed time)² variance_ along each axis,
-// turns measured at kMmPerRad. Correction: along each of the independent directions of a registration, the
-// pose keeps the larger of the registration's information and of what was known before; the prediction's
-// variance counts as if the step went on for kSteadyS, for steps have one direction for some time. The
-// velocity becomes the measured one times its Kalman gain, but changes by no more than the standard deviation
-// of the speed. variance_ follows the squared speed of what the surfaces show, with a memory of kMemoryS,
-// down to a hand at rest.
+// State: the pose relative to the keyframe with its covariance, and a velocity. Prediction: the pose moves by
+// velocity times elapsed time; the covariance of this step is (elapsed time)² * variance_ along each axis,
+// where rotations count kMmPerRad mm per rad. Correction: along each independent direction of a registration,
+// the pose keeps the larger of the information of the registration and that of the prediction. For this
+// comparison the prediction is given the variance of a hand that keeps its error of velocity for kSteadyS,
+// because errors of consecutive steps are correlated. The velocity becomes the measured one times its Kalman
+// gain, but changes by at most the standard deviation of the velocity. variance_ follows the squared measured
+// speed with the time constant kMemoryS, and never falls below that of a hand at rest.
 //
-// Along a direction that the surfaces do not show, the velocity goes to 0 and the variance of the pose grows.
-// After a sudden start, the velocity follows some frames late.
+// Along a direction that the surfaces do not show, the velocity decays to 0 and the variance of the pose
+// grows. Limitation: after a sudden start the velocity follows some frames late. The equations are in
+// docs/algorithms.md (Prior).
 
 #include "gelslam/frontend/hand_motion.hpp"
 
@@ -21,13 +23,15 @@
 namespace gelslam {
 namespace {
 
-constexpr double kRestMmPerS = 0.1;    // a hand that holds still
-constexpr double kMemoryS = 0.3;       // in which a hand starts or stops
-constexpr double kSteadyS = 1;         // for so long a hand keeps its direction
-constexpr double kMinElapsedS = 1e-3;  // between frames with the same time
-constexpr double kTimeUnitS = 1e-6;    // rounds away what counting from another start changes
+constexpr double kRestMmPerS = 0.1;    // Speed of a hand that holds still.
+constexpr double kMemoryS = 0.3;       // Time in which a hand starts or stops.
+constexpr double kSteadyS = 1;         // Time for which a hand keeps its direction.
+constexpr double kMinElapsedS = 1e-3;  // Least time between frames, as some logs repeat a time stamp.
+// Times are rounded to this, so that results do not depend on where a log's clock starts.
+constexpr double kTimeUnitS = 1e-6;
 
-/// Returns the variance along each direction (columns whose inverse is `along`).
+/// Returns the variance along each direction. `along` is the inverse of the matrix that has the directions as
+/// columns.
 Vector6d variance_along(const Matrix6d& along, const Matrix6d& covariance) {
   return (along * covariance * along.transpose()).diagonal();
 }
@@ -36,14 +40,15 @@ Vector6d information_along(const Matrix6d& directions, const Matrix6d& informati
   return (directions.transpose() * information * directions).diagonal().cwiseMax(0.0);
 }
 
-/// Returns the share of a motion that is measured rather than expected: 0..1.
+/// Returns the Kalman gain of each direction, between 0 (only the prediction counts) and 1 (only the
+/// measurement counts).
 Vector6d gain(const Vector6d& variance, const Vector6d& information) {
   const auto certainty = variance.array() * information.array();
   return certainty / (1 + certainty);
 }
 
-/// Returns the squared size in mm² of the contact's motion along right perturbations (columns); turns by
-/// kMmPerRad.
+/// Returns, for each right perturbation (column), the square of how far it moves the contact, in mm². A
+/// rotation about the contact's center counts kMmPerRad mm per rad.
 Vector6d sizes_mm2(const Matrix6d& directions, const Eigen::Vector3d& center_mm) {
   Matrix6d to_center = Matrix6d::Identity();
   to_center.topLeftCorner<3, 3>() *= kMmPerRad;
@@ -61,7 +66,8 @@ PosePrior ExpectedMotion::prior() const {
 
 ExpectedMotion HandMotion::expect(const MotionState& before, double elapsed_s) const {
   elapsed_s = std::max(std::round(elapsed_s / kTimeUnitS) * kTimeUnitS, kMinElapsedS);
-  Matrix6d unit = Matrix6d::Identity();  // what moves the contact by 1 mm
+  // Each column of this matrix is a motion that moves the contact by 1 mm.
+  Matrix6d unit = Matrix6d::Identity();
   unit.topLeftCorner<3, 3>() /= kMmPerRad;
   unit.bottomLeftCorner<3, 3>() = skew(before.center_mm) / kMmPerRad;
   const Matrix6d step = elapsed_s * elapsed_s * variance_ * unit * unit.transpose();
@@ -74,11 +80,12 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
   const Matrix6d to_frame = adjoint(frame_T_reference), to_reference = to_frame.inverse();
   const Matrix6d directions = to_frame * registration.directions, along = inverted(directions);
   const Vector6d information = information_along(registration.directions, registration.information);
-  // Steps have one direction for some time: their errors add up, rather than their variances.
+  // A hand keeps its direction for a while, so the errors of consecutive steps add up linearly, and their
+  // variances do not simply add.
   const Matrix6d drift = 2 * kSteadyS / expected.elapsed_s * expected.step;
   const Vector6d variance = variance_along(along, expected.reference_T_frame.covariance + drift);
 
-  // What was known and is not shown now is still known.
+  // Information from earlier frames is kept along directions that this registration does not show.
   const Vector6d kept = (variance.cwiseInverse() - information).cwiseMax(0.0);
   const Matrix6d both = to_reference.transpose() * registration.information * to_reference +
                         along.transpose() * kept.asDiagonal() * along;
@@ -90,11 +97,12 @@ MotionState HandMotion::correct(const ExpectedMotion& expected, const Registrati
                          expected.elapsed_s;
   const Vector6d of_step = gain(variance_along(along, expected.step), information);
 
-  // The speed is learned over the directions that normals tell; the height is pressed, not moved by hand.
+  // Only the five directions that normals determine are used to estimate the speed. Along z the hand presses
+  // and does not move.
   const Vector6d sizes = sizes_mm2(directions, state.center_mm);
 
-  // No step changes the velocity by more than the speed of late: a damaged picture makes steps that no hand
-  // makes.
+  // The change of the velocity is limited to its standard deviation, because a damaged image causes steps
+  // that no hand makes.
   const Vector6d before = along *
                           se3_log(expected.reference_T_before.inverse() * expected.reference_T_frame.pose) /
                           expected.elapsed_s;

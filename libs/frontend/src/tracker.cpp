@@ -1,16 +1,17 @@
 // Tracks the sensor on the object frame by frame (Huang, Mirzaee, Kaess, Yuan, GelSLAM, T-RO 2026, section
 // IV).
 //
-// HandMotion predicts the next pose and its covariance. The frame is registered to the keyframe from there;
-// if that fails, to the last tracked frame, which then becomes a keyframe (the fallback); if that fails, too,
-// relocalize() looks for the one pose at which the textures agree, on the keyframe and on the last frame. The
-// corrected state is the prediction of the next frame. A frame replaces the keyframe when the keyframe shares
-// too little of its contact, and TurningPoints keeps frames that alone show a part of the object as patches.
+// HandMotion predicts the next pose and its covariance, from which the frame is registered to the keyframe.
+// If that fails, it is registered to the last tracked frame, which then becomes a keyframe. If that fails,
+// too, relocalize() searches for the one pose at which the textures agree, on the keyframe and on the last
+// tracked frame. A frame replaces the keyframe when the keyframe shows too little of its contact.
+// TurningPoints keeps frames that alone show a part of the object as patches.
 //
-// A frame that fits nothing is lost, not guessed: it may be a torn picture, so the trial waits for
-// patience_s, and the first frame after that begins a new trial. But for the first of a trial and the
-// fallback, no frame becomes a keyframe unless the frame before shows the same contact. Errors of a chain of
-// keyframes accumulate here; loops remove them later.
+// A frame that cannot be registered is lost, and its pose is not extrapolated. It may be a damaged image, so
+// the trial goes on for patience_s; the first frame after that begins a new trial. A frame becomes a keyframe
+// only if the previous frame shows the same contact, except for the first frame of a trial and for the last
+// tracked frame in the fallback above. The errors of a chain of keyframes accumulate here and are corrected
+// later by loops.
 
 #include "gelslam/frontend/tracker.hpp"
 
@@ -26,8 +27,9 @@
 namespace gelslam {
 namespace {
 
-// A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
-// a trial begins with. Registration tells whether that is enough.
+// The size of the contact varies as an object rolls over its bumps. Therefore a trial only ends when the
+// contact is this many times smaller than the contact that begins a trial. Above that, the registration
+// decides whether the contact suffices.
 constexpr int kContactShrinks = 4;
 
 }  // namespace
@@ -75,7 +77,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
     begin_trial(result, surface);
-    // It is registered against itself, which tells what this surface can show at all.
+    // The frame is registered to itself, which tells along which directions this surface determines a pose.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
@@ -85,22 +87,22 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
     accept(result, attempt, surface);
   } else {
     result.status = TrackStatus::lost;
-    previous_.state.velocity.setZero();  // nothing tells whether the motion has gone on
-    // For patience_s it may be a torn picture, and a later frame may fit again.
+    previous_.state.velocity.setZero();  // Nothing tells whether the motion has gone on.
+    // Until patience_s is over, this may be a damaged image, and a later frame may be registered again.
     if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
   }
   return result;
 }
 
-/// Registers from where the motion of the hand leads.
+/// Registers the frame to a reference, with the predicted motion of the hand as the prior.
 Tracker::Attempt Tracker::register_to(const PreparedReference& reference, const MotionState& before,
                                       double time_s, const Surface& surface) const {
   const ExpectedMotion expected = hand_.expect(before, time_s - previous_.time_s);
   return {reference.register_to(surface, expected.prior()), expected};
 }
 
-/// Finds the only place where the frame fits, after `failed`. The result is not ok when there is none, or
-/// there are several.
+/// Searches for the only pose at which the frame fits the reference, after the attempt `failed`. The result
+/// is not ok() when there is no such pose, or more than one.
 Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, const Surface& surface,
                                         const Attempt& failed) const {
   if (!options_.relocalize) return failed;
@@ -108,12 +110,13 @@ Tracker::Attempt Tracker::relocalize_on(const PreparedReference& reference, cons
       relocalize(*reference.samples, surface, failed.expected.reference_T_frame.pose.inverse(),
                  failed.registration, normal_flow_, verification_);
   if (!candidate.ok()) return {candidate, failed.expected};
-  // Another method starts from there and decides.
+  // The tracker's own registration method starts from that pose and decides.
   return {reference.register_to(surface, candidate.target_T_reference), failed.expected};
 }
 
-/// Registers to the keyframe; if that fails, to the last tracked frame, which becomes a keyframe if it is
-/// needed; if that fails, too, looks for the place on either.
+/// Registers the frame to the keyframe. If that fails, registers it to the last tracked frame, which becomes
+/// a keyframe if that succeeds. If that fails, too, relocalizes it on the keyframe and then on the last
+/// tracked frame.
 Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
   const Attempt on_keyframe = register_to(reference_, previous_.state, result.time_s, surface);
   if (on_keyframe.registration.ok()) return on_keyframe;
@@ -131,7 +134,8 @@ Tracker::Attempt Tracker::track_with_fallback(TrackedFrame& result, const Surfac
   return on_previous;
 }
 
-/// Returns the share of the contact of `surface` that the keyframe shows, as far as its samples tell.
+/// Returns the fraction of the contact of `surface` that the keyframe shows, estimated from the samples of
+/// the registration.
 double Tracker::shared_with_keyframe(const RegistrationResult& registration, const Surface& surface) const {
   const double share = static_cast<double>(registration.shared_samples) / reference_.samples->sample_count();
   return share * reference_.samples->surface().contact_pixels / surface.contact_pixels;
@@ -155,7 +159,7 @@ void Tracker::accept(TrackedFrame& result, const Attempt& attempt, const Surface
   result.trial_T_frame = touch.trial_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
-  // A frame that the one before does not confirm becomes no keyframe.
+  // A frame whose contact the previous frame does not confirm does not become a keyframe.
   const double halfway_to_all = 0.5 * (1 + options_.keyframe_min_shared);
   if (confirmed < halfway_to_all) return;
   const bool keyframe_is_new =

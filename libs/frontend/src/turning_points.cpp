@@ -1,3 +1,11 @@
+// Turning points of a motion, which are kept as patches (not in the papers).
+//
+// Each tracked frame is compared with the previous frame and with the trial's last kKeyframes keyframes and
+// patches: of its contact points, those count that the previous frame confirms and that no keyframe shows.
+// The frame with most of these points is the candidate, if they are at least min_unseen of its contact. It
+// becomes a patch when less than half of its points are still in view, when a new keyframe leaves at least
+// the minimum of them unseen, or when the trial ends.
+
 #include "gelslam/frontend/turning_points.hpp"
 
 #include <algorithm>
@@ -9,9 +17,10 @@
 namespace gelslam {
 namespace {
 
-constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
+// Keyframes that are compared. Older ones are elsewhere, or show a place to which the sensor has come back.
+constexpr std::size_t kKeyframes = 6;
 
-/// Says which points of the trial lie in a touch's contact.
+/// Tests which points of a trial lie in the contact of one frame.
 class View {
  public:
   explicit View(const TurningPoints::Touch& touch)
@@ -42,7 +51,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
     const auto& points = candidate_->unseen_mm;
     const auto in_view =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return view.shows(p); });
-    // Most of what was unseen is out of view: the motion has turned away from it.
+    // Less than half of these points are still in view, so the motion has turned away from them.
     if (2 * in_view < std::ssize(points)) left = release();
   }
   Candidate candidate{touch, unseen(touch), 0};

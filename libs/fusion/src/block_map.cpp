@@ -1,3 +1,11 @@
+// The voxel blocks of a fused mesh and how changes of patches propagate through them (not in the paper).
+//
+// A patch is listed in every block that it passes. A block whose list has changed is sampled again; if it
+// keeps sums (BlockSums), patches are added and removed exactly, otherwise all its patches are evaluated.
+// Vertices are placed again in the blocks whose distances have changed and in their lower neighbors, and
+// triangles where vertices have changed. The result depends only on the listed patches, not on the order of
+// changes.
+
 #include "block_map.hpp"
 
 #include <cmath>
@@ -10,7 +18,8 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-/// In mesh_all(): their distances take 8 MB, and threads wait for each other once in some tenths of a second.
+/// Number of blocks processed together in mesh_all(). Their distances take 8 MB, and the threads synchronize
+/// once in some tenths of a second.
 constexpr std::size_t kBlocksAtOnce = 4096;
 
 bool is_before(const PatchPtr& a, const PatchPtr& b) {
@@ -31,8 +40,8 @@ std::vector<PatchPtr> difference(const std::vector<PatchPtr>& a, const std::vect
 
 bool differs(float a, float b) { return !(a == b || (std::isnan(a) && std::isnan(b))); }
 
-/// In the result, bit n is set when lower neighbor n sees a change: its cells reach into the voxels of the
-/// lowest layers.
+/// Returns a bit mask in which bit n is set if lower neighbor n depends on a changed distance, because its
+/// cells use the lowest layers of this block's voxels.
 unsigned neighbors_that_see(const std::vector<float>& before, const std::vector<float>& after) {
   unsigned seen = 0;
   const auto at = [](const std::vector<float>& d, std::size_t i) { return d.empty() ? std::nanf("") : d[i]; };
@@ -52,7 +61,7 @@ void drop_if_unobserved(std::vector<float>& distances) {
     std::vector<float>().swap(distances);
 }
 
-/// Returns a block with the vertices that its triangles use, and only those.
+/// Returns a block's mesh, which contains only the vertices that its triangles use.
 MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
                   const std::array<const BlockSurface*, kBlockNeighbors>& lower) {
   MeshBlock block{key, {}, {}};
@@ -76,7 +85,7 @@ MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
     const int a = rename(t[0]), b = rename(t[1]), c = rename(t[2]);
     block.mesh.triangles.emplace_back(a, b, c);
   }
-  return MeshBlock(block);  // the copy has no spare capacity
+  return MeshBlock(block);  // The copy frees spare capacity.
 }
 
 }  // namespace
@@ -145,7 +154,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
   const std::vector<PatchPtr> gone = difference(block.used, wanted), come = difference(wanted, block.used);
   block.used = std::move(wanted);
   const BlockLattice at = lattice(key);
-  // With more changes than that, starting again is cheaper.
+  // With more changes than this, computing the sums anew is cheaper.
   const bool in_steps = block.sums && gone.size() + come.size() < block.used.size();
   if (in_steps) {
     for (const PatchPtr& patch : gone) block.sums->take(at, patch->opened(), field_);
@@ -164,7 +173,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
   keep_warm(key, block);
 }
 
-/// Drops sums that are not valid, and the least recently used ones while there are too many.
+/// Frees sums that are not valid, and the least recently used ones if there are too many.
 void BlockMap::keep_warm(std::int64_t key, Block& block) {
   if (!block.sums->valid()) {
     block.sums.reset();
@@ -188,7 +197,8 @@ BlockSurface BlockMap::vertices_of(std::int64_t key, const std::vector<PatchPtr>
     if (neighbor) upper[index(n)] = &neighbor->distances;
   }
   BlockSurface surface;
-  if (upper[0] == nullptr || upper[0]->empty()) return surface;  // nothing is opened for it
+  // Returning here avoids decompressing the patches.
+  if (upper[0] == nullptr || upper[0]->empty()) return surface;
   place_vertices(lattice(key), upper, opened(used), field_, surface);
   return surface;
 }
@@ -226,8 +236,9 @@ Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& k
     block.dirty = true;
     keys.push_back(key);
   }
-  // Neighbors are near each other along the curve, so that few patches are open at a time. Upper ones come
-  // later, so that nobody asks for a block's distances once it has its vertices.
+  // Along the curve, blocks that are close in space follow each other, so that few patches have to be
+  // decompressed at a time. Upper neighbors come later than a block itself, so that its distances can be
+  // freed once its vertices are placed.
   std::ranges::sort(keys, {}, place_along_curve);
   ParallelProgress fusing(progress, "fusing", keys.size());
   for (std::size_t begin = 0; begin < keys.size(); begin += kBlocksAtOnce) {
@@ -242,7 +253,7 @@ Mesh BlockMap::mesh_all(int threads, ProgressSink* progress, std::vector<int>& k
       Block& block = *find(unsampled[i]);
       sample_block(lattice(unsampled[i]), opened(block.wanted()), field_, sums, block.distances);
       drop_if_unobserved(block.distances);
-      fusing.step();  // what follows takes a small part of the time
+      fusing.step();  // The remaining steps take little time.
     });
     parallel_for(some.size(), threads, [&](std::size_t i) {
       Block& block = *find(some[i]);

@@ -18,9 +18,9 @@
 
 namespace gelslam::fusion::detail {
 
-/// The blocks of a mesh: which patches each should ask and which it holds. A change goes through three
-/// passes, each over the blocks that the one before has named: sample, place, mesh. mesh_all() runs them over
-/// all blocks at once.
+/// The voxel blocks of a mesh, with the patches that each block depends on. A change is processed in three
+/// passes: sample (distances), place (vertices), mesh (triangles). Each pass returns the blocks that the next
+/// one has to process. mesh_all() runs the passes over all blocks.
 class BlockMap {
  public:
   BlockMap(const Field& field, float voxel_size_mm, int warm_blocks)
@@ -29,23 +29,23 @@ class BlockMap {
   void list(const PlacedPatch& placed);
   void unlist(const PlacedPatch& placed);
 
-  /// Returns at most so many blocks whose patches have changed since they were sampled, those of the newest
+  /// Returns at most `most` blocks whose patches have changed since they were sampled, those of the newest
   /// patches first.
   std::vector<std::int64_t> take_dirty(std::size_t most);
 
-  /// Brings a block's distances up to date; adds the blocks whose vertices depend on them.
+  /// Updates the distances of a block, and appends the blocks whose vertices depend on them to `to_place`.
   void sample(std::int64_t key, std::vector<std::int64_t>& to_place);
-  /// Brings a block's vertices up to date; adds the blocks whose triangles depend on them.
+  /// Updates the vertices of a block, and appends the blocks whose triangles depend on them to `to_mesh`.
   void place(std::int64_t key, std::vector<std::int64_t>& to_mesh);
-  /// Returns a block's mesh, or nothing when it is empty and was so.
+  /// Returns a block's mesh, or nothing if it is empty and was empty before.
   std::optional<MeshBlock> mesh(std::int64_t key);
 
-  /// Makes all passes over every block, on `threads` threads (0: all cores); the result is one mesh whose
-  /// vertices the blocks share. The same for any number of threads. Tells `progress` of the task "fusing".
-  /// Fills in `keyframe`, the one that sees a vertex best.
+  /// Runs all passes over every block on `threads` threads (0: all cores) and returns one mesh with shared
+  /// vertices. The result does not depend on the number of threads. `progress` receives the task "fusing".
+  /// `keyframe` receives, for each vertex, the keyframe with the largest weight there.
   Mesh mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe);
 
-  /// Forgets a block in which no patch is left.
+  /// Removes a block in which no patch is left.
   void drop_if_empty(std::int64_t key);
 
  private:
@@ -54,15 +54,17 @@ class BlockMap {
     bool near;
   };
   struct Block {
-    std::vector<Listing> listed;      ///< by keyframe
-    std::vector<PatchPtr> used;       ///< by keyframe: what distances and vertices are made of
-    std::unique_ptr<BlockSums> sums;  ///< of `used`; null while cold
+    std::vector<Listing> listed;  ///< Patches that reach the block, ordered by keyframe.
+    /// Patches from which distances and vertices were computed, ordered by keyframe.
+    std::vector<PatchPtr> used;
+    std::unique_ptr<BlockSums> sums;  ///< Sums over `used`; null if they are not kept in memory.
     std::uint64_t last_use = 0;       ///< of the sums
     std::vector<float> distances;     ///< empty when nothing was observed
     BlockSurface surface;
     bool dirty = false, has_mesh = false;
 
-    /// Returns the patches that the block should hold: all listed ones where one of them is near.
+    /// Returns the patches from which the block should be computed: all listed ones if the surface of at
+    /// least one of them is near the block, else none.
     std::vector<PatchPtr> wanted() const {
       std::vector<PatchPtr> patches;
       if (std::any_of(listed.begin(), listed.end(), [](const Listing& l) { return l.near; }))
@@ -88,9 +90,10 @@ class BlockMap {
   std::size_t warm_blocks_;
   std::unordered_map<std::int64_t, Block> blocks_;
   std::vector<std::int64_t> dirty_;
-  std::deque<std::pair<std::int64_t, std::uint64_t>> uses_;  ///< of sums: block, number; oldest first
+  /// Uses of sums as (block key, number of the use), oldest first.
+  std::deque<std::pair<std::int64_t, std::uint64_t>> uses_;
   std::uint64_t next_use_ = 0;
-  std::size_t warm_ = 0;  ///< blocks with sums
+  std::size_t warm_ = 0;  ///< Number of blocks that have sums.
 };
 
 }  // namespace gelslam::fusion::detail

@@ -7,9 +7,10 @@
 // of its cell. Each edge between corners of different sign joins the vertices of the four cells around it to
 // two triangles, split at the shorter diagonal.
 //
-// The mesh ends where the best weight falls to Field::end_weight(): vertices near that line move onto it
-// along the surface. Quads whose normal disagrees with what was observed are steps between sides of the
-// object that nobody touched, and are left out. Features smaller than a voxel are lost.
+// The mesh ends where the largest weight falls to Field::end_weight(); vertices near that line are moved onto
+// it along the surface. Quads whose normal disagrees with the observed normals are steps between different
+// sides of the object, at places that were not touched, and are left out. Limitation: features smaller than a
+// voxel are lost.
 
 #include "block_mesher.hpp"
 
@@ -77,13 +78,13 @@ class VertexPlacer {
   }
 
  private:
-  /// Moves the vertex along the observed normal onto the zero set, but not out of its cell.
+  /// Adds a vertex after moving it along the observed normal onto the zero set, limited to its cell.
   void add_vertex(const Eigen::Vector3f& corner_mm, const Eigen::Vector3f& inside_cell) {
     const float voxel = lattice_.voxel_size_mm;
     FieldValue value;
     Eigen::Vector3f p = corner_mm + voxel * inside_cell;
     bool observed = field_.evaluate(p, patches_, scratch_, value);
-    if (observed) {  // a second step would move it by less than a micrometer
+    if (observed) {  // A second step would move it by less than a micrometer.
       p -= value.distance_mm * value.normal;
       p = p.cwiseMax(corner_mm).cwiseMin(Eigen::Vector3f(corner_mm.array() + voxel));
       observed = field_.evaluate(p, patches_, scratch_, value);
@@ -100,10 +101,12 @@ class VertexPlacer {
     out_.keyframes.push_back(observed ? value.keyframe : 0);
   }
 
-  /// Voxels end in steps: vertices beyond the rim, or nearly on it, move along the surface to where the
-  /// weight is that of the rim. False where `p` lies inside.
+  /// The mesh would end in steps of whole voxels. Vertices beyond the line where it ends (the rim), or close
+  /// to it, are therefore moved along the surface to where the weight is that of the rim. Returns false if
+  /// `p` lies inside.
   bool move_to_rim(const FieldValue& at, Eigen::Vector3f& p) const {
-    // In voxels: half of one on both sides of the rim, and what steps leave.
+    // In voxels: the distance inside the rim up to which vertices are moved, and the largest distance by
+    // which one is moved. Steps have half a voxel on both sides of the rim.
     constexpr float kNear = 0.5f, kFarthest = 1.0f;
     const float voxel = lattice_.voxel_size_mm, step = 0.25f * voxel;
     if (at.best > 2 * field_.end_weight()) return false;
@@ -148,7 +151,7 @@ class VertexJoiner {
     const Eigen::Vector3i voxel = lowest_voxel(cell.cell);
     const Eigen::Vector3i back_b = Eigen::Vector3i::Unit((axis + 1) % 3);
     const Eigen::Vector3i back_c = Eigen::Vector3i::Unit((axis + 2) % 3);
-    // The quad is counter-clockwise seen from the edge's far end.
+    // The quad is counter-clockwise as seen from the far end of the edge.
     std::array<VertexName, 4> quad{vertex_at(voxel, 4 * axis), vertex_at(voxel - back_b, 4 * axis + 1),
                                    vertex_at(voxel - back_b - back_c, 4 * axis + 3),
                                    vertex_at(voxel - back_c, 4 * axis + 2)};
@@ -158,7 +161,8 @@ class VertexJoiner {
     add_quad(quad);
   }
 
-  /// Returns the vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
+  /// Returns the vertex of the cycle that contains `edge` of the cell at `voxel`. The cell may lie in a lower
+  /// neighbor, with coordinate -1.
   VertexName vertex_at(Eigen::Vector3i voxel, int edge) const {
     int neighbor = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -186,8 +190,8 @@ class VertexJoiner {
       p[i] = block.positions[static_cast<std::size_t>(quad[i].vertex)];
       observed += block.normals[static_cast<std::size_t>(quad[i].vertex)];
     }
-    // Where one side's band ends beside another's there is a step in the field, and a wall that nobody
-    // touched: its normal has nothing to do with the observed ones.
+    // Where the band of one side ends beside another side, the field has a step, and the mesh would get a
+    // wall there that was never touched. Its normal does not agree with the observed ones.
     constexpr float kMinAgreement = 0.5f;
     const Eigen::Vector3f across = (p[2] - p[0]).cross(p[3] - p[1]);
     if (across.dot(observed) < kMinAgreement * across.norm() * observed.norm()) return;
@@ -200,7 +204,8 @@ class VertexJoiner {
     }
   }
 
-  /// A triangle between three vertices of the rim is left out: there is nothing inside it.
+  /// A triangle whose three vertices lie on the rim is left out, because it contains no inner part of the
+  /// surface.
   void add_triangle(const NamedTriangle& triangle) {
     const auto is_rim = [&](const VertexName& v) {
       return lower_[static_cast<std::size_t>(v.neighbor)]->is_rim[static_cast<std::size_t>(v.vertex)];

@@ -1,9 +1,15 @@
+// Incremental sums of the distance field in one block. An observation belongs to one of two opposite sides if
+// its direction is within 44 degrees of the block's axis. For such blocks the field is a quotient of two
+// integer sums per voxel and side, to which patches can be added and from which they can be removed without
+// rounding errors.
+
 #include "block_sums.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
 
-/// Two directions within 44 degrees of an axis are less than 90 degrees apart: they belong to one side.
+/// Two directions within 44 degrees of the same axis differ by less than 90 degrees, so that they belong to
+/// the same side.
 constexpr float kMinCosine = 0.72f;
 
 template <typename Visit>
@@ -27,7 +33,8 @@ void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, co
   for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, patches[i], field, 1);
 }
 
-/// Chooses the mean touch direction at a few voxels, with opposite directions reversed.
+/// Sets the axis to the mean touch direction at a few voxels. Opposite directions are reversed before
+/// averaging.
 void BlockSums::choose_axis(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
   constexpr int stride = 3;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
@@ -69,7 +76,8 @@ void BlockSums::write_distances(const Field& field, std::vector<float>& distance
     for (std::size_t i = 0; i < side.size(); ++i) {
       if (side[i].heavy == 0 || side[i].sum.weight == 0) continue;
       const float mean_mm = field.mean_mm(side[i].sum);
-      if (!(distances[i] >= mean_mm)) distances[i] = mean_mm;  // the intersection of the sides' half-spaces
+      // The larger distance is the intersection of the half-spaces of both sides.
+      if (!(distances[i] >= mean_mm)) distances[i] = mean_mm;
     }
   }
 }

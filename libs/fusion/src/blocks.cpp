@@ -1,3 +1,5 @@
+// Keys of voxel blocks, and the blocks through which a patch passes.
+
 #include "blocks.hpp"
 
 #include <algorithm>
@@ -11,8 +13,8 @@ namespace {
 constexpr int kCoordinateBits = 20;
 constexpr std::int64_t kCoordinateOffset = std::int64_t{1} << (kCoordinateBits - 1);
 
-/// Collects blocks. A small cache removes most repetitions, because neighboring samples fall into the same
-/// few blocks.
+/// Collects the blocks through which a patch passes. A small cache removes most duplicates, because
+/// neighboring samples fall into the same few blocks.
 class PassedBlocks {
  public:
   PassedBlocks() : recent_(kSlots, {-1, false}) {}
@@ -28,7 +30,8 @@ class PassedBlocks {
 
   std::vector<PassedBlock> sorted() && {
     std::sort(all_.begin(), all_.end(), [](const PassedBlock& a, const PassedBlock& b) {
-      return a.key != b.key ? a.key < b.key : a.near > b.near;  // near first, so that unique keeps it
+      // Near ones first, so that unique() keeps them.
+      return a.key != b.key ? a.key < b.key : a.near > b.near;
     });
     const auto same = [](const PassedBlock& a, const PassedBlock& b) { return a.key == b.key; };
     all_.erase(std::unique(all_.begin(), all_.end(), same), all_.end());
@@ -74,15 +77,15 @@ std::uint64_t place_along_curve(std::int64_t key) {
   return place;
 }
 
-/// The patch's points, moved along their normals by up to the reach, and dilated so that the spacing of the
-/// samples leaves no gap.
+/// The patch's points are moved along their normals by up to the reach. A margin around each sample makes
+/// sure that the spacing of the samples leaves no block out.
 std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) {
   constexpr int stride = 2;
   const float block_mm = reach.voxel_size_mm * static_cast<float>(kBlockEdge);
   const float margin = 2.0f * reach.voxel_size_mm;
   const int steps = std::max(1, static_cast<int>(std::ceil(reach.list_mm / (2.0f * margin))));
   const float spacing = reach.list_mm / static_cast<float>(steps);
-  // One block is left free at either end, so that every block has neighbors.
+  // One block at either end of the range is left free, so that every block has neighbors.
   const float lowest = static_cast<float>(1 - kCoordinateOffset), highest = -lowest - 1;
   PassedBlocks passed;
   patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal) {

@@ -1,3 +1,8 @@
+// For each of the 256 sign patterns of a cell's corners: the crossed edges, joined to closed cycles (Nielson,
+// "Dual marching cubes", IEEE Visualization 2004). On each face with two crossed edges, these belong to the
+// same cycle. On a face with four, each outside corner is cut off separately, which joins the two edges at
+// that corner.
+
 #include <numeric>
 
 #include "block_mesher.hpp"
@@ -56,7 +61,7 @@ void join_across_face(int axis, int side, std::uint8_t outside, EdgeSets& sets) 
     if (is_outside(i) != is_outside(i + 1)) crossed[crossings++] = edge(i);
   if (crossings == 2) sets.join(crossed[0], crossed[1]);
   if (crossings == 4) {
-    const int first = is_outside(0) ? 0 : 1;  // each outside corner is cut off by itself
+    const int first = is_outside(0) ? 0 : 1;  // Each outside corner is cut off separately.
     sets.join(edge(first + 3), edge(first));
     sets.join(edge(first + 1), edge(first + 2));
   }

@@ -1,3 +1,10 @@
+// Evaluates the fused signed distance field at a point (not in the paper; docs/algorithms.md, Fuse).
+//
+// With the distances d_k and weights w_k of the patches that see the point, and the truncation τ, each side
+// of the object has the mean distance Σ w_k (1 - d_k²/τ²)² d_k / Σ w_k (1 - d_k²/τ²)². A side consists of all
+// observations whose direction is within 90 degrees of its heaviest one. The value is the largest mean over
+// all sides that were touched, which is the intersection of their half-spaces.
+
 #include "field.hpp"
 
 #include <algorithm>
@@ -24,8 +31,9 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
   }
   if (best < touched_weight()) return false;
 
-  // One side of the object after the other, each led by its heaviest observation.
-  constexpr int kMaxSides = 3;  // A place has two sides, an edge three.
+  // Each pass takes one side of the object, led by the remaining observation with the largest weight.
+  // A point of a surface belongs to at most two sides, one at an edge to three.
+  constexpr int kMaxSides = 3;
   bool found = false;
   auto rest = scratch.begin();
   for (int side = 0; side < kMaxSides && rest != scratch.end(); ++side) {
@@ -34,7 +42,7 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
     const auto end = std::stable_partition(
         rest, scratch.end(), [&](const Observation& o) { return o.direction.dot(lead.direction) > 0; });
     FieldValue value{0, 0, lead.weight, Eigen::Vector3f::Zero(), lead.keyframe};
-    DistanceSumOf<std::int64_t> sum;  // of any number of observations
+    DistanceSumOf<std::int64_t> sum;  // 64 bits, because the number of observations is not limited here.
     for (auto o = rest; o != end; ++o) {
       const DistanceSum t = term(o->distance_mm, o->weight);
       sum.weight += t.weight;

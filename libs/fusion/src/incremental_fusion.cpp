@@ -1,3 +1,7 @@
+// Fuses patches to a mesh, all at once or step by step. PatchPlaces knows which patches should be where,
+// BlockMap computes the blocks that they pass. fuse() declares all patches and finishes; a live scan calls
+// work() repeatedly. Both give the same mesh.
+
 #include "gelslam/fusion/incremental_fusion.hpp"
 
 #include <Eigen/Geometry>
@@ -19,10 +23,11 @@ namespace {
 
 using namespace fusion::detail;
 
-/// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
-/// them, while few patches are held at two places.
+/// Number of moved patches that are placed before their blocks are updated. Each block is then updated once
+/// for all of them, while only a few patches have some blocks at the old and some at the new pose.
 constexpr int kMovesAtOnce = 48;
-/// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
+/// Number of blocks of moved patches per call of work(). A new patch waits for at most one such round, some
+/// tens of milliseconds.
 constexpr std::size_t kBlocksPerRound = 256;
 
 void check(const FusionOptions& o) {
@@ -34,9 +39,10 @@ void check(const FusionOptions& o) {
     throw Error("the minimal weight has to be positive");
 }
 
-/// Drops islands: shells (connected by shared vertices) whose area is below `min_area_mm2`, and those that a
-/// single keyframe shows where the largest shell is shown by several; and vertices that no triangle uses.
-/// `keyframe`: of each vertex. Order is kept.
+/// Removes islands and vertices that no triangle uses. Islands are shells (parts connected by shared
+/// vertices) smaller than `min_area_mm2`, and shells that only a single keyframe shows, unless that is also
+/// true of the largest shell. `keyframe` holds the keyframe of each vertex. The order of vertices and
+/// triangles is kept.
 Mesh without_islands(const Mesh& mesh, const std::vector<int>& keyframe, double min_area_mm2,
                      std::int64_t* islands) {
   const MeshShells shells = find_shells(mesh);
@@ -94,7 +100,7 @@ class IncrementalFusion::Impl {
 
   Mesh finish(int threads, ProgressSink* progress, std::vector<int>& keyframe) {
     place_all(threads);
-    places_.forget();  // what is done with a patch then is done with its memory
+    places_.forget();  // Now the memory of a patch is freed as soon as all its blocks are done.
     return blocks_.mesh_all(threads, progress, keyframe);
   }
 
@@ -107,7 +113,7 @@ class IncrementalFusion::Impl {
   }
 
  private:
-  /// Makes the blocks again, and what depends on them.
+  /// Computes the given blocks again, and everything that depends on them.
   void update(const std::vector<std::int64_t>& keys) {
     std::vector<std::int64_t> to_place, to_mesh;
     const auto sort_out = [](std::vector<std::int64_t>& named) {
@@ -123,11 +129,11 @@ class IncrementalFusion::Impl {
     for (const std::int64_t key : keys) blocks_.drop_if_empty(key);
   }
 
-  /// Puts a patch where it should be; returns the blocks it passes through there.
+  /// Places a patch at its wanted pose. Returns the blocks through which it passes there.
   std::vector<std::int64_t> place_patch(int id) {
     const PlacedPatch before = places_.take_out(id);
     if (before.patch) blocks_.unlist(before);
-    places_.put_in(id, {});  // stays so if what follows throws
+    places_.put_in(id, {});  // This remains if the following code throws.
     const PlacedPatch now = places_.make(id, before);
     places_.put_in(id, now);
     if (!now.patch) return {};
@@ -137,7 +143,7 @@ class IncrementalFusion::Impl {
     return keys;
   }
 
-  /// The same for all patches.
+  /// Places all patches that have changed.
   void place_all(int threads) {
     const std::vector<int> ids = places_.all_changed();
     std::vector<PlacedPatch> before(ids.size()), now(ids.size());
@@ -174,14 +180,15 @@ Mesh IncrementalFusion::finish(int threads, double min_shell_mm2, ProgressSink* 
                                std::int64_t* islands) {
   std::vector<int> keyframe;
   const Mesh mesh = impl_->finish(threads, progress, keyframe);
-  impl_.reset();  // what follows takes memory, too
+  impl_.reset();  // The next step needs the memory.
   return_free_memory();
   return without_islands(mesh, keyframe, min_shell_mm2, islands);
 }
 
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, double gradient_scale,
           ProgressSink* progress, std::int64_t* islands) {
-  std::vector<PosedSurface> numbered = patches;  // in the given order; an id may come twice
+  // Numbered by their order, because the caller's ids may contain duplicates.
+  std::vector<PosedSurface> numbered = patches;
   for (std::size_t i = 0; i < numbered.size(); ++i) {
     check_patch(numbered[i]);
     numbered[i].id = static_cast<int>(i);

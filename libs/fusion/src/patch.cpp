@@ -2,14 +2,15 @@
 // GelSLAM, T-RO 2026; Patch::read() evaluates it).
 //
 // Each pixel within the box of the contact keeps its height, its normal and a weight; all heights and slopes
-// are divided by the gradient scale that the pose graph found. The weight is a product: mask_weight() falls
-// off at the contact's border, where the gel spans from the object to rest; nz² because a steep slope's
-// height is uncertain by 1/nz; and image_border_weight() fades the patch out where the picture cuts it off.
-// Pixels that were filled in weigh at most kUnreadWeight. The projective distance at a point is (h - z) nz,
-// along the ray of the keyframe's camera.
+// Each pixel within the box of the contact has a height, a normal and a weight; heights and slopes are
+// divided by the gradient scale that the pose graph found. The weight is a product of three factors:
+// mask_weight() falls off at the contact's border, where the gel spans from the object to its rest position;
+// nz², because the height of a steep slope is uncertain by 1/nz; and image_border_weight(), which fades the
+// patch out at the image border. Pixels that were filled in weigh at most kUnreadWeight. The projective
+// distance at a point is (h - z) nz, along the ray of the keyframe's camera.
 //
-// Moving a patch changes only its pose; the pixels are shared. What the weights cannot see is a wrong pose or
-// a wrong level of the heights: they blur the fused surface or double it.
+// Moving a patch changes only its pose; the pixels are shared. Limitation: the weights do not account for
+// errors of the pose or of the level of the heights, which blur the fused surface or duplicate it.
 
 #include "patch.hpp"
 
@@ -22,15 +23,16 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-/// At most, for pixels that were filled in from around. It closes the hole where no other touch shows the
-/// place, also in the live window: less kMinPixelWeight it is above the viewer's kSmoothBorder.
+/// Upper limit of the weight of a pixel that was filled in from its surroundings. Such pixels close a hole
+/// where no other touch shows the surface. Less kMinPixelWeight, the limit is above the viewer's
+/// kSmoothBorder, so that the hole is closed in the live window, too.
 constexpr float kUnreadWeight = 0.3f;
 constexpr double kRimFadeMm = 0.25;    // l of mask_weight()
 constexpr double kBeyondMm = 0.15;     // e of mask_weight()
-constexpr double kBridgedMm = 0.35;    // half of the length over which the gel returns to rest
-constexpr double kBorderFadeMm = 1.5;  // a tenth of a Mini's narrow side
+constexpr double kBridgedMm = 0.35;    // Half of the length over which the gel returns to its rest position.
+constexpr double kBorderFadeMm = 1.5;  // A tenth of the shorter side of a GelSight Mini's image.
 
-/// From each pixel to the border of the mask, positive inside.
+/// Returns the distance from each pixel to the border of the mask, positive inside.
 cv::Mat signed_distance_mm(const cv::Mat& mask, double pixel_pitch_mm) {
   cv::Mat inside, outside;
   cv::distanceTransform(mask, inside, cv::DIST_L2, cv::DIST_MASK_PRECISE);
@@ -38,15 +40,16 @@ cv::Mat signed_distance_mm(const cv::Mat& mask, double pixel_pitch_mm) {
   return pixel_pitch_mm * (cv::max(inside - 0.5, 0) - cv::max(outside - 0.5, 0));
 }
 
-/// sqrt(W), W = (tanh((d + e)/l - 3) + 1)/2, d the distance to the contact's border: near it lies the gel's
-/// rim and not the object (Huang et al., T-RO 2026, with e = 0). The root, because our contact ends before
-/// most of the rim begins: W itself throws away good views, and the mean gets noisier. The mesh would end
-/// 0.2 mm within what has weight, for it takes two voxels beyond its end to end smoothly; e brings its end
-/// to the contact's border, but for a voxel. Gel between two crests that are closer than twice kBridgedMm
-/// stays within a tenth of their depth and belongs to the surface. Of the pixels in `box`, which holds the
-/// contact.
+/// Returns sqrt(W) with W = (tanh((d + e)/l - 3) + 1)/2 for the pixels in `box`, which contains the contact.
+/// d is the distance from the contact's border in mm, positive inside. Near the border the gel follows its
+/// own rim and not the object (Huang et al., T-RO 2026, with e = 0). The root is taken because the contact
+/// detected here ends before most of the rim begins; W itself would discard good observations and make the
+/// mean noisier. The offset e compensates for the mesh ending 0.2 mm inside the area that has weight, as it
+/// needs two voxels beyond its end; with e the mesh ends within a voxel of the contact's border. The gel
+/// between two crests that are closer than twice kBridgedMm stays within a tenth of their depth, so it counts
+/// as surface of the object.
 cv::Mat1f mask_weight(const cv::Mat1b& contact, const cv::Rect& box, double pixel_pitch_mm) {
-  // All that is closed and a pixel beyond: there, distances are those over the whole picture.
+  // The margin is large enough that distances within it are the same as those computed over the whole image.
   const int margin = 1 + static_cast<int>(std::ceil(kBridgedMm / pixel_pitch_mm));
   const cv::Rect around = (box - cv::Point(margin, margin) + cv::Size(2 * margin, 2 * margin)) &
                           cv::Rect(cv::Point(), contact.size());
@@ -62,8 +65,8 @@ cv::Mat1f mask_weight(const cv::Mat1b& contact, const cv::Rect& box, double pixe
   return distance_mm;
 }
 
-/// The image's border cuts a patch off without a rim of the gel: fading it out there keeps it from making a
-/// step in the mean.
+/// At the image border a patch is cut off without the gel having returned to rest. Fading it out there avoids
+/// a step in the fused mean.
 float image_border_weight(int u, int v, const cv::Size& size, double pixel_pitch_mm) {
   const auto rise = [&](int at, int length) {
     const int to_border = std::min(at, length - 1 - at);
@@ -96,7 +99,7 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
   const SurfacePtr unpacked = posed.surface.get();
   const Surface& s = *unpacked;
   if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
-  // One pixel more than has weight keeps the look-up of four neighbors inside.
+  // One pixel more than has weight, so that the look-up of four neighbors stays inside the box.
   const int margin = 1 + static_cast<int>(std::ceil(kBeyondMm / s.pixel_pitch_mm));
   cv::Rect box = cv::boundingRect(s.contact);
   box = (box - cv::Point(margin, margin) + cv::Size(2 * margin, 2 * margin)) &
@@ -129,8 +132,8 @@ Patch::Pixels Patch::make_pixels(const Surface& s, const cv::Rect& box, double g
       const Eigen::Vector3f tilted =
           Eigen::Vector3f(n[0] * inverse_scale, n[1] * inverse_scale, n[2]).normalized();
       const float height_mm = s.height_mm(at) * inverse_scale;
-      if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
-      // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
+      if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // The weight stays 0.
+      // The height of a steep slope is uncertain by 1/nz, so its information falls with nz².
       const float known = weight(v, u) * tilted.z() * tilted.z() *
                           image_border_weight(at.x, at.y, s.contact.size(), s.pixel_pitch_mm);
       pixels[static_cast<std::size_t>(v * box.width + u)] = {

@@ -12,45 +12,49 @@
 
 namespace gelslam::fusion::detail {
 
-/// What one patch says about a point of the map.
+/// Observation of one patch at a point of the map.
 struct Observation {
-  /// signed, along the surface's normal; positive outside the object (on the gel's side)
+  /// Signed distance along the surface's normal; positive outside the object (on the side of the gel).
   float distance_mm = 0;
-  float weight = 0;           ///< 0..1
-  Eigen::Vector3f normal;     ///< of the surface, map frame, out of the object
-  Eigen::Vector3f direction;  ///< halfway between `normal` and where the sensor looks from: the object's side
-  int keyframe = 0;           ///< whose patch it is
+  float weight = 0;        ///< 0..1
+  Eigen::Vector3f normal;  ///< Normal of the surface in the map frame, pointing out of the object.
+  /// Direction halfway between `normal` and the direction toward the sensor. It decides to which side of the
+  /// object the observation belongs.
+  Eigen::Vector3f direction;
+  int keyframe = 0;  ///< Keyframe of the patch.
 };
 
-/// A keyframe's heights, weights and slopes over the box that holds its contact, for look-ups from the map.
-/// What is kept of it is small: its pixels are made again when it is opened.
+/// Heights, weights and slopes of a keyframe over the box that contains its contact, for look-ups at points
+/// of the map. A stored patch is small; its pixels are computed again when it is opened.
 class Patch {
  public:
-  /// Empty where the keyframe has no contact. `gradient_scale` divides heights and slopes.
+  /// Returns nothing if the keyframe has no contact. Heights and slopes are divided by `gradient_scale`.
   static std::optional<Patch> prepare(const PosedSurface& posed, double gradient_scale);
 
-  /// The same patch elsewhere; both share the pixels.
+  /// Returns the patch at another pose, with the same pixels.
   Patch moved_to(const Pose& map_T_keyframe) const;
 
-  /// The patch with its pixels, which only such a one can be asked for.
+  /// Returns the patch with its pixels. Functions that look up pixels may be called only on such a patch.
   Patch opened() const;
 
   int keyframe() const { return keyframe_; }
 
-  static constexpr float kMinPixelWeight = 0.05f;  ///< sqrt(W) on the mask's very border, mask_weight()
+  /// sqrt(W) at the border of the area that has weight (mask_weight()).
+  static constexpr float kMinPixelWeight = 0.05f;
 
-  /// What the pixels at a point's foot say, in the sensor's frame.
+  /// Interpolated pixel values on the ray through a point, in the sensor's frame.
   struct Reading {
     float distance_mm = 0, weight = 0;  ///< as in Observation
-    float nx = 0, ny = 0, nz = 1;       ///< the surface's normal, as measured: out of the gel
+    float nx = 0, ny = 0, nz = 1;       ///< Normal of the surface as measured, pointing out of the gel.
   };
 
-  /// False when the patch shows nothing at `point_mm` (map frame), or only further away than `reach_mm`.
+  /// Evaluates the patch at `point_mm` (map frame). Returns false if the patch does not show that point, or
+  /// if its distance exceeds `reach_mm`.
   bool read(const Eigen::Vector3f& point_mm, float reach_mm, Reading& out) const {
     const Eigen::Vector3f p = sensor_R_map_ * point_mm + sensor_t_map_;
     const float depth = 1 + p.z() * inverse_distance_;
     if (!(depth > 0)) return false;
-    const float x = p.x() / depth, y = p.y() / depth;  // rest coordinates
+    const float x = p.x() / depth, y = p.y() / depth;  // Rest coordinates of the point's ray.
     const float u = x * inverse_pitch_ + u_origin_;
     const float v = y * inverse_pitch_ + v_origin_;
     if (!(u >= 0 && v >= 0 && u < u_end_ && v < v_end_)) return false;
@@ -66,14 +70,15 @@ class Patch {
     out.nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
     out.ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
     out.nz = std::sqrt(std::max(1 - out.nx * out.nx - out.ny * out.ny, kMinNormalZ * kMinNormalZ));
-    // The surface lies on the ray at that height.
+    // The surface point lies on the ray at the interpolated height.
     out.distance_mm = rise * (out.nz + (out.nx * x + out.ny * y) * inverse_distance_);
     if (std::fabs(out.distance_mm) >= reach_mm) return false;
-    out.weight = weight - kMinPixelWeight;  // begins at zero: no step where a patch begins
+    // The weight begins at zero, so that the mean has no step where a patch begins.
+    out.weight = weight - kMinPixelWeight;
     return true;
   }
 
-  /// The same as an observation in the map frame.
+  /// As read(), as an observation in the map frame.
   bool observe(const Eigen::Vector3f& point_mm, float reach_mm, Observation& out) const {
     Reading reading;
     if (!read(point_mm, reach_mm, reading)) return false;
@@ -85,8 +90,8 @@ class Patch {
     return true;
   }
 
-  /// A direction of the map in the sensor's frame, and the cosine between it and a reading's
-  /// Observation::direction.
+  /// Returns a direction of the map in the sensor's frame; and the cosine between such a direction and
+  /// Observation::direction of a reading.
   Eigen::Vector3f in_sensor(const Eigen::Vector3f& map_direction) const {
     return sensor_R_map_ * map_direction;
   }
@@ -96,8 +101,8 @@ class Patch {
     return -along / std::sqrt(2 + 2 * r.nz);
   }
 
-  /// Visits the patch's pixels, every `stride`-th in both directions, that count: visit(point_mm, normal)
-  /// with point and outward normal in the map frame.
+  /// Calls visit(point_mm, normal) for every `stride`-th pixel in both directions that has weight, with the
+  /// point and the outward normal in the map frame.
   template <typename Visit>
   void for_each_point(int stride, Visit&& visit) const {
     for (int v = 0; v < box_.height; v += stride) {
@@ -127,11 +132,13 @@ class Patch {
   using Pixels = std::vector<Pixel>;
   static Pixels make_pixels(const Surface& surface, const cv::Rect& box, double gradient_scale);
 
-  /// What pixels are made of.
+  /// The data from which the pixels are computed.
   struct Source {
     StoredSurface surface;
     double gradient_scale;
-    LruCached<Pixels, 256> pixels;  ///< up to 1.2 MB each at 320x240: as many as meet around a dense place
+    /// Each entry takes up to 1.2 MB at 320x240 pixels. 256 is about the number of patches that overlap at a
+    /// place that was touched often.
+    LruCached<Pixels, 256> pixels;
   };
 
   Eigen::Matrix3f sensor_R_map_;
@@ -143,12 +150,12 @@ class Patch {
   std::shared_ptr<const Pixels> pixels_;  ///< null until opened
 };
 
-/// The patches that are asked at a place, opened.
+/// Opened patches that may contribute at a place.
 using PatchList = std::vector<Patch>;
 
 /// Throws Error when the surface is missing, its maps differ in size, or its pose is not finite.
 void check_patch(const PosedSurface& posed);
-/// Throws Error when it is not a positive number.
+/// Throws Error when the scale is not a positive, finite number.
 void check_gradient_scale(double gradient_scale);
 
 }  // namespace gelslam::fusion::detail

@@ -10,7 +10,7 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr std::size_t kMaxNew = 3;  ///< Each of them costs a round of its own.
+constexpr std::size_t kMaxNew = 3;  ///< Each new patch takes one call of work() for itself.
 
 }  // namespace
 
@@ -34,7 +34,8 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
     else if (stale(placed->second, posed))
       changed_.insert(id);
   }
-  // When many come at once (another component is shown), they are placed together like moved ones.
+  // If many patches come at once, because another component is shown, they are processed together like moved
+  // ones.
   while (new_.size() > kMaxNew) changed_.insert(new_.extract(new_.begin()));
   for (const auto& [id, placed] : placed_)
     if (!wanted_.contains(id)) changed_.insert(id);
@@ -46,7 +47,7 @@ bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) c
   const Pose& from = placed.posed.map_T_keyframe;
   const Pose& to = wanted.map_T_keyframe;
   if ((to.translation() - from.translation()).norm() > options_.max_displacement_mm) return true;
-  // |R - S| = 2 sqrt(2) sin(angle / 2): exact for small angles, where the arc cosine of the trace is not.
+  // R - S| = 2 sqrt(2) sin(angle / 2). This is accurate for small angles, unlike the arc cosine of the trace.
   const double chord = (to.linear() - from.linear()).norm();
   const SurfaceFacts facts = wanted.surface.facts();
   const double corner_mm = 0.5 * facts.pixel_pitch_mm * std::hypot(facts.size.width, facts.size.height);

@@ -14,34 +14,35 @@ namespace gelslam::fusion::detail {
 
 using PatchPtr = std::shared_ptr<const Patch>;
 
-/// A patch as the mesh holds it.
+/// A patch that is in the mesh, with the data from which it was computed.
 struct PlacedPatch {
   PosedSurface posed;
   double gradient_scale = 1.0;
-  PatchPtr patch;                   ///< null when it shows nothing
-  std::vector<PassedBlock> blocks;  ///< that it passes through
+  PatchPtr patch;                   ///< Null if the patch has no contact.
+  std::vector<PassedBlock> blocks;  ///< Blocks through which it passes.
 };
 
-/// Bookkeeping: the patches that should be in the mesh, and those that are, with their places.
+/// Keeps track of the patches that should be in the mesh and of those that are, with their poses.
 class PatchPlaces {
  public:
   PatchPlaces(const BlockReach& reach, const IncrementalOptions& options)
       : reach_(reach), options_(options) {}
 
-  /// IncrementalFusion::set_patches.
+  /// See IncrementalFusion::set_patches().
   void declare(const std::vector<PosedSurface>& patches, double gradient_scale);
 
-  /// The newest patch that is new; the newest that has moved too far, is gone, or arrived with many others.
+  /// Return the newest patch that is new, and the newest one that has moved too far, was removed, or arrived
+  /// together with many others.
   std::optional<int> newest_new() const { return newest(new_); }
   std::optional<int> newest_changed() const { return newest(changed_); }
 
-  /// Those and all others that have changed.
+  /// Returns all patches that are new or have changed.
   std::vector<int> all_changed() const;
 
-  /// Brings one of them up to date: `take_out` returns and forgets what was placed (without a patch when
-  /// nothing was); `make` prepares it at its new place, reusing the pixels of `before` if it only moves
-  /// (without a patch when it should not be there; may be called from several threads); `put_in` notes it as
-  /// placed. A patch that make() refuses is put in without one.
+  /// Update one patch in three steps. take_out() removes and returns the placed patch (without a patch if
+  /// there was none). make() prepares it at its new pose and reuses the pixels of `before` if only the pose
+  /// changed; the result has no patch if the patch should be removed. It may be called from several threads.
+  /// put_in() stores the result. If make() throws, an empty result is stored.
   PlacedPatch take_out(int id);
   PlacedPatch make(int id, const PlacedPatch& before) const;
   void put_in(int id, PlacedPatch now);

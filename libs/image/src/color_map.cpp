@@ -7,7 +7,7 @@ namespace gelslam {
 std::vector<std::array<std::uint8_t, 3>> color_map_rgb(ColorMap map) {
   const bool is_distance = map == ColorMap::distance;
   cv::Mat1b levels(1, 256);
-  // The dark ends of the maps would look like shadow.
+  // The dark ends of the maps are left out, as they would look like shadow.
   for (int i = 0; i < 256; ++i)
     levels(i) = static_cast<std::uint8_t>(is_distance ? 252 - i * 200 / 255 : 20 + i * 228 / 255);
   cv::Mat3b bgr;

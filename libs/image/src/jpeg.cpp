@@ -16,8 +16,9 @@ namespace {
 constexpr const char* kEndsEarly = "JPEG ends early";
 constexpr std::array<std::uint8_t, 2> kEndMark{0xff, 0xd9};
 
-/// With the end mark that some cameras and tools leave out: what is then missing are lines. A progressive
-/// picture that ends early may lack no line, but detail.
+/// Appends the end mark that some cameras and tools leave out, unless the image is progressive. Without it,
+/// the decoder would report missing lines; a progressive image that ends early may lack detail instead of
+/// lines, which would remain unnoticed.
 std::vector<std::uint8_t> with_end_mark(std::span<const std::uint8_t> bytes) {
   constexpr std::array<std::uint8_t, 2> progressive{0xff, 0xc2};
   std::vector<std::uint8_t> ended(bytes.begin(), bytes.end());
@@ -26,8 +27,8 @@ std::vector<std::uint8_t> with_end_mark(std::span<const std::uint8_t> bytes) {
   return ended;
 }
 
-/// Bytes between the last line and the end mark: some cameras fill up with zeros there. The picture is whole.
-/// Other bytes are what is left of lines that were damaged.
+/// Says whether the decoder complains only about zeros between the last line and the end mark, which some
+/// cameras use as padding; the image is then complete. Other bytes are remains of damaged lines.
 bool is_padding(const std::string& message, std::span<const std::uint8_t> bytes) {
   unsigned count = 0;
   if (std::sscanf(message.c_str(), "Corrupt JPEG data: %u extraneous bytes before marker 0xd9", &count) != 1)
@@ -52,9 +53,9 @@ std::size_t number_at(std::span<const std::uint8_t> bytes, std::size_t at, std::
   return number;
 }
 
-/// 1 to 8; 1, upright, where the EXIF data do not say it.
+/// Returns the EXIF orientation, 1 to 8; 1 (upright) if the data contain none.
 int exif_orientation(std::span<const std::uint8_t> bytes) {
-  std::size_t at = 2;  // the first segments, up to the picture's lines
+  std::size_t at = 2;  // Searches the segments before the image data.
   while (at + 4 < bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
     const std::size_t length = number_at(bytes, at + 2, 2, false);
     const std::size_t tiff = at + 10, next = at + 2 + length;
@@ -94,8 +95,8 @@ JpegInfo JpegDecoder::read_header(std::span<const std::uint8_t> bytes) {
   if (failed != 0 &&
       (tjGetErrorCode(handle_.get()) != TJERR_WARNING || info.width_px < 1 || info.height_px < 1)) {
     damage_ = in_words(tjGetErrorStr2(handle_.get()));
-    // A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later
-    // one.
+    // A truncated header leaves the library (2.1) waiting for the rest, so that it would refuse every later
+    // header.
     handle_ = new_decoder();
     return {};
   }
@@ -123,7 +124,7 @@ bool JpegDecoder::decode(std::span<const std::uint8_t> bytes, const JpegInfo& in
     bytes = ended;
     if (decompress(bytes, picture, strict)) return true;
   }
-  // As the first complaint it says that everything before it was in order.
+  // Being the first complaint, it means that everything before was in order.
   if (is_padding(tjGetErrorStr2(handle_.get()), bytes)) return decompress(bytes, picture, TJFLAG_LIMITSCANS);
   damage_ = in_words(tjGetErrorStr2(handle_.get()));
   return false;

@@ -30,8 +30,8 @@ bool checksum_matches(Bytes chunk) {
          big_endian_32(chunk.last(4));
 }
 
-/// Calls use(type, chunk) for every chunk up to the end mark; false: it is damaged. Empty, or how the file is
-/// damaged.
+/// Calls use(type, chunk) for every chunk up to the end mark; if it returns false, the chunk is damaged.
+/// Returns an empty string, or how the file is damaged.
 template <typename Use>
 std::string for_each_chunk(Bytes bytes, const Use& use) {
   if (bytes.size() < kPngSignature.size() ||
@@ -48,13 +48,13 @@ std::string for_each_chunk(Bytes bytes, const Use& use) {
   }
 }
 
-/// Without the chunks that a picture can be decoded without (their names begin with a small letter): libpng
-/// would follow gAMA and change the values.
+/// Removes chunks that are not needed for decoding (their names begin with a small letter). Otherwise libpng
+/// would apply gAMA and change the values.
 std::vector<std::uint8_t> critical_chunks(Bytes bytes) {
   std::vector<std::uint8_t> kept(kPngSignature.begin(), kPngSignature.end());
   for_each_chunk(bytes, [&](std::string_view type, Bytes chunk) {
     if (type[0] < 'a') kept.insert(kept.end(), chunk.begin(), chunk.end());
-    return true;  // libpng compares the checksums
+    return true;  // libpng checks the checksums.
   });
   return kept;
 }
@@ -64,7 +64,7 @@ void append(png_structp png, png_bytep data, std::size_t size) {
   bytes.insert(bytes.end(), data, data + size);
 }
 
-/// libpng leaves it by longjmp when it fails: it has no objects with destructors.
+/// libpng leaves this function by longjmp when it fails, so it must not have objects with destructors.
 bool encode(png_structp png, png_infop info, const cv::Mat& picture) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_compression_level(png, Z_BEST_SPEED);
@@ -99,14 +99,14 @@ PngInfo check_png(Bytes bytes) {
 
 cv::Mat3b decode_png(Bytes bytes) {
   const std::vector<std::uint8_t> critical = critical_chunks(bytes);
-  png_image image{};  // libpng's simplified interface writes nothing to stderr
+  png_image image{};  // libpng's simplified interface prints nothing to stderr.
   image.version = PNG_IMAGE_VERSION;
   if (png_image_begin_read_from_memory(&image, critical.data(), critical.size()) == 0) return {};
   if ((image.format & PNG_FORMAT_FLAG_COLOR) == 0 || (image.format & PNG_FORMAT_FLAG_LINEAR) != 0) {
     png_image_free(&image);
     return {};
   }
-  image.format = PNG_FORMAT_BGRA;  // without alpha it would blend
+  image.format = PNG_FORMAT_BGRA;  // With a format without alpha, libpng would blend.
   cv::Mat4b bgra(static_cast<int>(image.height), static_cast<int>(image.width));
   if (png_image_finish_read(&image, nullptr, bgra.data, static_cast<png_int_32>(bgra.step[0]), nullptr) == 0)
     return {};

@@ -1,3 +1,16 @@
+// Localization in a known map by a filter over hypotheses of map_T_sensor (not in the papers;
+// docs/localization.md).
+//
+// Each tracked frame moves all hypotheses by the tracker's motion, registers the touch to the keyframe of the
+// map that shows most of it there, and updates the evidence of each hypothesis. The evidence is a sum of log
+// odds against chance, in nats: it rises with the correlation of the texture, falls when verification rejects
+// the place, and stays where the map does not cover the touch. Frames with the same tracker keyframe are one
+// touch, which counts once; a touch counts as far as the next one does not show the same contact. The
+// probability of a hypothesis is exp(log odds) over the sum of all, where the case that all hypotheses are
+// wrong has log odds 0.
+//
+// Limitation: a place that recognition never proposes, and that no symmetry leads to, is not found.
+
 #include "gelslam/localization/localizer.hpp"
 
 #include <algorithm>
@@ -14,18 +27,23 @@
 namespace gelslam {
 namespace {
 
-constexpr double kCertain = 0.95;  // probability from which a place is given as the one
-// What a touch that is just sure (VerificationOptions) says for a place, in nats: alone it makes it certain.
+constexpr double kCertain = 0.95;  // Probability from which one hypothesis is reported as the pose.
+// Log odds of a touch whose texture correlation just reaches VerificationOptions::sure_texture_correlation.
+// Such a touch alone makes a place certain.
 const double kSureLogOdds = std::log(kCertain / (1 - kCertain));
-const double kNegligibleLogOdds = std::log(1e-3);  // of a hypothesis against the best
-constexpr double kSearchGrowth = 1.5;           // a contact that has grown by this factor shows something new
-constexpr std::size_t kMaxHypotheses = 24;      // a cube's corner has as many
-constexpr std::size_t kMaxSymmetricTries = 48;  // registrations per search
-constexpr std::size_t kMaxTouches = 8;          // that a new hypothesis is judged by
+// A hypothesis with these log odds relative to the best one is removed.
+const double kNegligibleLogOdds = std::log(1e-3);
+constexpr double kSearchGrowth = 1.5;  // A contact that has grown by this factor is searched for again.
+// Upper limit; the corners of a cube give as many symmetric hypotheses.
+constexpr std::size_t kMaxHypotheses = 24;
+// Largest number of registrations per search for symmetric places.
+constexpr std::size_t kMaxSymmetricTries = 48;
+constexpr std::size_t kMaxTouches = 8;  // Finished touches by which a new hypothesis is judged.
 
 Matrix6d inverse(const Matrix6d& matrix) { return symmetric(inverted(matrix)); }
 
-/// All of the pose is known, at two standard deviations, to less than the distance of two places.
+/// Says whether two standard deviations of the pose, translation and rotation, are below the distance between
+/// two distinct places (kMinPeriodMm).
 bool is_known_well(const UncertainPose& place) {
   const double turn_rad = worst_sigma(place.covariance.topLeftCorner<3, 3>());
   return 2 * std::max(place.worst_sigma_mm(), kMmPerRad * turn_rad) <= kMinPeriodMm;
@@ -90,7 +108,7 @@ Localizer::Touch Localizer::make_touch(const TrackedFrame& tracked, SurfacePtr s
   return touch;
 }
 
-/// Contact was broken or track was lost: the object may be anywhere.
+/// Resets the filter: contact was broken or tracking failed, so the object may be anywhere.
 void Localizer::begin_trial(const Touch& touch) {
   if (!hypotheses_.empty()) last_places_.clear();
   for (const Hypothesis& h : hypotheses_) last_places_.push_back(h.map_T_sensor.pose);
@@ -102,7 +120,8 @@ void Localizer::begin_trial(const Touch& touch) {
   trial_T_sensor_ = touch.trial_T_sensor;
 }
 
-/// The touch before counts as far as this one does not show it again.
+/// Begins a touch. The finished one counts only with the fraction of its contact that the new touch does not
+/// show again.
 void Localizer::begin_touch(const Touch& touch) {
   if (!touches_.empty()) {
     Touch& before = touches_.back();
@@ -115,7 +134,7 @@ void Localizer::begin_touch(const Touch& touch) {
   searched_contact_px_ = 0;
 }
 
-/// Every hypothesis moves as the sensor did.
+/// Moves every hypothesis by the tracked motion.
 void Localizer::predict(const TrackedFrame& tracked) {
   const UncertainPose step{
       trial_T_sensor_.inverse() * tracked.trial_T_frame,
@@ -127,8 +146,8 @@ void Localizer::predict(const TrackedFrame& tracked) {
   }
 }
 
-/// Every hypothesis is registered to the map where it is. What was known before counts half, because frames
-/// that follow each other share their errors.
+/// Registers the touch to the map at every hypothesis. The information from before counts half, because
+/// consecutive frames share their errors.
 void Localizer::correct(const Touch& touch) {
   for (Hypothesis& h : hypotheses_) {
     h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::odometry);
@@ -145,7 +164,8 @@ bool Localizer::shows_new_surface(const Touch& touch) const {
   return touch.keyframe.surface.facts().contact_pixels > kSearchGrowth * searched_contact_px_;
 }
 
-/// By place recognition; the places of the trial before are worth a try, too.
+/// Returns candidate poses from place recognition, and the hypotheses of the previous trial, whose places are
+/// worth a try.
 std::vector<Pose> Localizer::recognized(const Touch& touch) const {
   std::vector<Pose> poses = map_->recognize(touch.keyframe);
   poses.insert(poses.end(), last_places_.begin(), last_places_.end());
@@ -158,7 +178,7 @@ bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
   });
 }
 
-/// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
+/// Adds a hypothesis if the touch fits the map at the pose, and judges it by all touches of the trial.
 void Localizer::add(const Touch& touch, const UncertainPose& map_T_sensor, PlacePrior prior) {
   if (hypotheses_.size() == kMaxHypotheses || is_known(touch, map_T_sensor.pose)) return;
   Hypothesis h;
@@ -176,8 +196,8 @@ void Localizer::add(const Touch& touch, const UncertainPose& map_T_sensor, Place
   hypotheses_.push_back(h);
 }
 
-/// Where two places fit, the map looks the same after the motion between them: then it may do so after the
-/// same motion from any other place, too.
+/// Adds places that follow from a symmetry: if the map fits at two poses, it looks the same after the motion
+/// between them, and may do so after the same motion from any other hypothesis, too.
 void Localizer::add_symmetric(const Touch& touch, const Matrix6d& covariance, PlacePrior prior) {
   std::vector<Pose> tried;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
@@ -195,9 +215,10 @@ void Localizer::add_symmetric(const Touch& touch, const Matrix6d& covariance, Pl
       }
 }
 
-/// Place recognition may miss a place that looks the same, because it compares a touch with only a few
-/// keyframes. The map's own keyframe tells where else to look, as exactly as the best place is known. Where
-/// it is not even recognized at its own place, the map repeats itself, and no place is certain.
+/// Place recognition compares a touch with only a few keyframes and may miss a place that looks the same.
+/// Therefore the map's own keyframe at the best hypothesis is searched for in the map, and each place found
+/// becomes a hypothesis with the covariance of the best one. If that keyframe is not even recognized at its
+/// own place, the map repeats itself there, and no place counts as certain.
 void Localizer::add_similar_places(const Touch& touch) {
   const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
                                      [](const auto& a, const auto& b) { return a.total() < b.total(); });
@@ -211,14 +232,15 @@ void Localizer::add_similar_places(const Touch& touch) {
   add_symmetric(touch, covariance, PlacePrior::odometry);
 }
 
-/// At the frame by which the touch is judged.
+/// Compares residuals at the frame by which the touch is judged.
 bool Localizer::fits_as_well_as_best(const MapFit& fit, const Touch& touch) const {
   const double best_rad = std::max(touch.best_rmse_rad, options_.registration.normal_noise_rad);
   return fit.ok() && fit.registration.normal_rmse_rad < options_.verification.rival_residual * best_rad;
 }
 
-/// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map
-/// shows nothing, or no texture. A place that fits as well as the best is as likely.
+/// Returns the log odds (nats, negative against the place) that a touch gives for a place compared with
+/// chance. They are 0 where the map does not cover the touch, or where the texture correlates no better than
+/// required. A place that fits as well as the best one is as likely as that one.
 double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
   if (!fit.covered) return 0;
   if (!fit.ok()) return -kSureLogOdds;
@@ -230,9 +252,10 @@ double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
   return fits_as_well_as_best(fit, touch) ? std::max(own, touch.best_log_odds) : own;
 }
 
-/// A touch is judged by its frame with the largest contact, which decides between places. What an earlier one
-/// said against all that is not in the map stays said of a place that still fits best: the model's and the
-/// map's own errors differ over the contact, and a correlation that sinks by them is no evidence.
+/// Updates the log odds of the current touch, which is judged by its frame with the largest contact. For a
+/// place that still fits best, the log odds never decrease within a touch: the errors of the gradient model
+/// and of the map vary over the contact, and a correlation that falls because of them is no evidence against
+/// the place.
 void Localizer::weigh(const Touch& frame) {
   Touch& touch = touches_.back();
   if (frame.keyframe.surface->contact_pixels < touch.keyframe.surface->contact_pixels) return;
@@ -250,8 +273,9 @@ void Localizer::weigh(const Touch& frame) {
   }
 }
 
-/// A hypothesis goes when another one has come to its place, when the map has contradicted it for a while,
-/// and when it is much less likely than the best or than all that the map does not show.
+/// Removes hypotheses that have converged to the pose of a more likely one, that the map has contradicted for
+/// patience_s, or that are negligible compared with the best one, or with the case that the touch lies in a
+/// part of the object that the map does not contain.
 void Localizer::remove_refuted(const Touch& touch) {
   std::stable_sort(hypotheses_.begin(), hypotheses_.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.total() > b.total(); });
@@ -265,7 +289,8 @@ void Localizer::remove_refuted(const Touch& touch) {
   }
 }
 
-/// That one of the hypotheses is right and all others are wrong, or, the rest to 1, that all are wrong.
+/// Returns the probability of each hypothesis. They sum to less than 1; the remainder is the probability that
+/// all are wrong.
 std::vector<double> Localizer::probabilities() const {
   double most = 0, sum = 0;
   for (const Hypothesis& h : hypotheses_) most = std::max(most, h.total());

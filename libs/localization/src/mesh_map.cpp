@@ -1,3 +1,9 @@
+// Makes a map from a mesh by simulation (not in the papers). Points are sampled on the surface in random
+// order. At each one that no touch covers yet, the simulated sensor is pressed on along the mean normal; the
+// gel's slopes are rendered without color and integrated to a surface as for a real image. A touch covers the
+// points in the inner part of its contact whose normals face it. Touches in a batch are far enough apart not
+// to cover each other, so that they can be simulated in parallel with the same result.
+
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -27,22 +33,25 @@
 namespace gelslam {
 namespace {
 
-constexpr double kSampleSpacingMm = 0.8;  // of places where the sensor may be pressed on
+// Distance between sampled points where the sensor may be pressed on.
+constexpr double kSampleSpacingMm = 0.8;
 constexpr int kMaxSamples = 100'000;
-constexpr double kNormalRadiusMm = 2.5;  // the sensor lies on the surface around a place: half a contact
-// A place is covered when it lies in the inner part of a contact, touched from about the same direction.
+// Normals are averaged over this radius (half a contact), as the pressed gel averages over it.
+constexpr double kNormalRadiusMm = 2.5;
+// A point is covered when it lies within kInnerShare of the contact's radius, and its normal is within
+// kFacingRad of the sensor's axis.
 constexpr double kInnerShare = 0.4;
 constexpr double kFacingRad = 0.35;
-constexpr std::size_t kBatch = 16;  // touches that are simulated together
+constexpr std::size_t kBatch = 16;  // Touches that are simulated in parallel.
 constexpr int kMinContactPx = 500;
 
-/// A place of the surface, with the mean normal around it.
+/// A point of the surface, with the mean normal around it.
 struct SurfacePlace {
   Eigen::Vector3d point_mm, normal;
-  bool done = false;  // covered, or touched in vain
+  bool done = false;  // Covered by a touch, or tried without contact.
 };
 
-/// What a touch shows well.
+/// The part of the surface that a touch covers.
 struct Covered {
   Eigen::Vector3d center_mm, normal;
   double radius_mm;
@@ -62,14 +71,14 @@ Mesh facing_outward(Mesh mesh) {
   return mesh;
 }
 
-/// In random order, so that touches spread evenly.
+/// Returns points sampled on the surface, in random order so that touches spread evenly.
 std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
   const double wanted = area_mm2(scene.mesh()) / (kSampleSpacingMm * kSampleSpacingMm);
   const int count = static_cast<int>(std::clamp(wanted, 100.0, static_cast<double>(kMaxSamples)));
   std::vector<SurfacePlace> places;
   for (const SurfaceSample& sample : sample_surface(scene.mesh(), count, 1))
     places.push_back({sample.point_mm, scene.triangle_normal(sample.triangle)});
-  std::mt19937_64 random;  // with its standard seed
+  std::mt19937_64 random;  // The default seed makes the result repeatable.
   for (std::size_t i = places.size(); i > 1; --i) std::swap(places[i - 1], places[random() % i]);
   const PointGrid grid = grid_of(places);
   std::vector<Eigen::Vector3d> means(places.size());
@@ -77,7 +86,8 @@ std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
     for (std::size_t i = begin; i < end; ++i) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       grid.visit(places[i].point_mm, kNormalRadiusMm, [&](std::size_t k) {
-        if (places[k].normal.dot(places[i].normal) > -0.3) sum += places[k].normal;  // not the other side
+        // Points on the other side of a thin object do not count.
+        if (places[k].normal.dot(places[i].normal) > -0.3) sum += places[k].normal;
       });
       means[i] = sum;
     }
@@ -89,7 +99,7 @@ std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
   return places;
 }
 
-/// The sensor at a place, looking along the inward normal.
+/// Returns the pose of the sensor at a point of the surface, with its z axis along the inward normal.
 Pose object_T_sensor_at(const SurfacePlace& place) {
   Pose pose = Pose::Identity();
   pose.linear() = rotation_of_z_to(-place.normal);
@@ -97,14 +107,14 @@ Pose object_T_sensor_at(const SurfacePlace& place) {
   return pose;
 }
 
-/// A camera without lens, whose pictures are the rectified grid.
+/// Returns a camera without lens distortion, whose images are the rectified grid.
 Optics without_lens(const CameraModel& camera) {
   const SensorOptics optics{.camera_distance_mm = camera.optics.camera_distance_mm,
                             .gel_dome_per_mm = camera.optics.gel_dome_per_mm};
   return {{camera.size.width, camera.size.height, camera.pitch_mm, optics}, {}};
 }
 
-/// The gel in that camera.
+/// That camera, and the gel at rest as it sees it.
 struct SeenGel {
   explicit SeenGel(const CameraModel& camera)
       : optics(without_lens(camera)), rest(optics.view(gel_at_rest(optics.gel_grid()))) {}
@@ -112,7 +122,8 @@ struct SeenGel {
   GelView rest;
 };
 
-/// The gel's surface when it is pressed on there, or nothing where it is hardly touched.
+/// Returns the surface that the sensor measures when it is pressed on at a point, or nothing if there is too
+/// little contact.
 std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& shape, const SeenGel& seen,
                                      const MeshMapOptions& options) {
   const SensorGeometry& geometry = seen.optics.gel_grid();
@@ -125,7 +136,8 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
   cv::split(view.slope - seen.rest.slope, slope.data());
   cv::Mat1b touched;
   cv::remap(gel.contact, touched, view.place_px, cv::noArray(), cv::INTER_NEAREST);
-  // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
+  // GradientSurfaces erodes the contact that it is given. Dilation before erosion closes small pits that the
+  // gel bridges.
   cv::dilate(touched, touched, GradientSurfaces::border(options.camera.pitch_mm));
   PosedSurface patch;
   patch.surface = GradientSurfaces(options.camera).make(slope[0], slope[1], touched);
@@ -141,11 +153,12 @@ Covered covered_by(const PosedSurface& patch) {
           kInnerShare * std::sqrt(area / std::numbers::pi)};
 }
 
-/// Where triangles face both ways: both of an edge run along it in one direction. Else "".
+/// Returns a warning if many triangles are oriented inconsistently, or an empty string. Two triangles with
+/// the same orientation traverse their common edge in opposite directions.
 std::string orientation_warning(const Mesh& mesh) {
-  constexpr double kMaxTurnedShare = 0.1;  // a few are scratches of a good mesh
+  constexpr double kMaxTurnedShare = 0.1;  // A good mesh may have a few such edges.
   std::vector<std::pair<int, int>> edges;
-  std::set<std::set<int>> seen;  // files may have triangles twice
+  std::set<std::set<int>> seen;  // Files may contain triangles twice.
   for (const Eigen::Vector3i& t : mesh.triangles)
     for (int k = 0; k < 3 && (k > 0 || seen.insert({t[0], t[1], t[2]}).second); ++k)
       edges.emplace_back(t[k], t[(k + 1) % 3]);
@@ -160,7 +173,7 @@ std::string orientation_warning(const Mesh& mesh) {
       100 * share);
 }
 
-/// Touches one batch of places after the other, until all are covered.
+/// Simulates touches in batches until all points are covered.
 class MeshToucher {
  public:
   MeshToucher(const Mesh& mesh, const MeshMapOptions& options)
@@ -201,7 +214,7 @@ class MeshToucher {
   }
 
  private:
-  /// Places that are not covered, far enough from each other that none would cover another.
+  /// Returns points that are not covered, with enough distance between them that none would cover another.
   std::vector<std::size_t> next_batch() {
     std::vector<std::size_t> batch;
     const std::size_t left =
@@ -235,7 +248,7 @@ class MeshToucher {
   ShapePtr shape_;
   std::vector<SurfacePlace> places_;
   PointGrid grid_;
-  std::size_t first_ = 0;  // all before are done
+  std::size_t first_ = 0;  // All points before this one are done.
   std::int64_t covered_ = 0;
   MeshMap map_;
 };

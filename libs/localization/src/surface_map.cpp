@@ -1,3 +1,7 @@
+// A known map for localization: its keyframes with their poses, prepared for place recognition (LoopCloser)
+// and registration. fit() registers a touch to that one of the nearest keyframes that shows the largest part
+// of it, and verifies the result.
+
 #include "gelslam/localization/surface_map.hpp"
 
 #include <algorithm>
@@ -15,7 +19,7 @@ namespace gelslam {
 
 namespace localization::detail {
 
-constexpr int kMaxCompared = 8;  // keyframes near a pose whose overlap is computed
+constexpr int kMaxCompared = 8;  // Largest number of keyframes near a pose whose overlap is computed.
 
 /// A keyframe of the map.
 struct MapKeyframe {
@@ -26,7 +30,7 @@ struct MapKeyframe {
 
 struct Overlap {
   const MapKeyframe* place = nullptr;
-  double share = 0;  // of the touch
+  double share = 0;  // Fraction of the touch's contact that the keyframe shows.
 };
 
 MapKeyframe make_place(const PosedSurface& patch, const NormalFlowOptions& registration) {
@@ -99,7 +103,8 @@ std::vector<Pose> SurfaceMap::similar_places(const MapFit& fit) const {
   return poses;
 }
 
-/// The keyframe that shows most of the touch, among those whose centers are nearest.
+/// Returns the keyframe that shows most of the touch, among the kMaxCompared ones whose contact centers are
+/// nearest.
 Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map_T_sensor) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(touch);
   const ContactExtent here = extent_of(points);

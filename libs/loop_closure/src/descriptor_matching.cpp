@@ -1,3 +1,6 @@
+// Brute-force matching of SIFT descriptors: mutual nearest neighbors (L2) that pass the ratio test in both
+// directions (Lowe 2004). All distances between two keyframes are computed once.
+
 #include <limits>
 
 #include "gelslam/core/target_clones.hpp"
@@ -11,7 +14,7 @@ GELSLAM_CLONES void squared_distances(const std::uint8_t* query, const std::uint
     const std::uint8_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;
     for (int k = 0; k < kDescriptorSize; ++k) {
-      // 16 bits hold a difference: the compiler multiplies and adds them in pairs.
+      // With differences of 16 bits the compiler vectorizes to an instruction that multiplies and adds pairs.
       const auto difference = static_cast<std::int16_t>(static_cast<std::int16_t>(query[k]) -
                                                         static_cast<std::int16_t>(other[k]));
       sum += difference * difference;

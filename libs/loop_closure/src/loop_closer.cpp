@@ -3,14 +3,15 @@
 //
 // SIFT features (Lowe 2004) of the curvature map inside the contact vote for keyframes by local naive Bayes
 // nearest neighbors (PlaceIndex; McCann & Lowe 2012). The max_candidates keyframes with most votes are
-// compared feature by feature: mutual nearest neighbors that pass the ratio test, then RANSAC for one
-// rotation and shift in the image. With min_sift_inliers inliers the match is lifted to a pose by points and
-// normals (lift()), and verify_loop() registers and verifies it from there. Up to max_constraints verified
-// loops become edges.
+// compared with the new one feature by feature: mutual nearest neighbors that pass the ratio test, then
+// RANSAC for one rotation and shift in the image. A match with at least min_sift_inliers inliers is lifted to
+// a pose in 3-D by points and normals (lift()), from which verify_loop() registers the two surfaces and
+// verifies the result. At most max_constraints verified loops become edges.
 //
-// Votes for the newest keyframes of the same trial do not count, as odometry links them already. Smooth
-// surfaces have no features and are never recognized. Repeated patterns fail the ratio test or, if they pass,
-// give several poses, of which verify_registered() and loop_layers.cpp have to reject the wrong ones.
+// The newest keyframes of the same trial do not take part, as odometry links them already. Limitations:
+// smooth surfaces have no features and are never recognized. Repeated patterns fail the ratio test; where
+// they pass it, they give several poses, of which verify_registered() and loop_layers.cpp have to reject the
+// wrong ones.
 
 #include "gelslam/loop_closure/loop_closer.hpp"
 
@@ -26,9 +27,11 @@ namespace gelslam {
 
 namespace loop_closure::detail {
 
-// The largest distance of a match over that of the second best: repeated patterns fail here.
+// Ratio test: the largest allowed distance of a match relative to that of the second best. Features of
+// repeated patterns fail it.
 constexpr double kMaxMatchRatio = 0.9;
-constexpr double kRansacThresholdMm = 0.19;  // features are located to a share of it, whatever they show
+// Larger than the error of a feature's position, on any texture.
+constexpr double kRansacThresholdMm = 0.19;
 constexpr int kRansacIterations = 100;
 
 struct Candidate {
@@ -45,7 +48,7 @@ struct LoopCloser::Impl {
   NormalFlowOptions registration;
   VerificationOptions verification;
   std::vector<Keyframe> places;
-  PlaceIndex index;  // of their features
+  PlaceIndex index;  // Features of `places`, in the same order.
 
   std::size_t neighbors(const Keyframe& keyframe) const;
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
@@ -54,8 +57,9 @@ struct LoopCloser::Impl {
   void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
-/// Returns the number of newest places that belong to the same touch. Odometry links them, and their votes
-/// would crowd out the places that were left and found again.
+/// Returns how many of the newest stored keyframes are neighbors of the new one in the same trial. They look
+/// alike because they overlap, so their votes would crowd out keyframes of places that the sensor left and
+/// came back to.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   constexpr std::size_t kMaxNeighbors = 12;
   std::size_t count = 0;
@@ -65,7 +69,8 @@ std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   return count;
 }
 
-/// Returns the places that share enough features in one rigid arrangement, those with most inliers first.
+/// Returns the keyframes that share at least min_sift_inliers features in one rigid arrangement, those with
+/// most inliers first.
 std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
                                                  const std::vector<int>& with) const {
   std::vector<Candidate> result;
@@ -106,8 +111,8 @@ void LoopCloser::Impl::keep(const Keyframe& keyframe, PlaceFeatures features) {
   places.push_back(keyframe);
 }
 
-// The newer keyframe is the reference of the registration: its result is then older_T_newer with the
-// information in the newer keyframe's axes, as in an edge.
+// The newer keyframe is the reference of the registration. The result is then older_T_newer, with the
+// information along the axes of the newer keyframe, as PoseGraphEdge requires.
 std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification) {

@@ -1,3 +1,10 @@
+// RANSAC for the rotation and shift in the image between two keyframes, and its lift to a pose in 3-D.
+//
+// Two matches determine a rigid motion in the plane. Only pairs of matches with equal distances in both
+// images are tried, as a motion without scale requires. The motion with most matches within the threshold is
+// fitted again to all of them by least squares as long as this gains inliers. lift() adds tilt and z from
+// normals and points, which the image does not determine.
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -12,7 +19,8 @@ struct PointPair {
   Eigen::Vector2f older, newer;
 };
 
-// Fits a rigid motion by least squares (Umeyama 1991 in two dimensions, without scale).
+// Fits a rotation and a shift to pairs of points by least squares (Umeyama 1991 in two dimensions, without
+// scale).
 RigidMotion fit(const std::vector<PointPair>& pairs) {
   Eigen::Vector2f older = Eigen::Vector2f::Zero(), newer = Eigen::Vector2f::Zero();
   for (const PointPair& p : pairs) older += p.older, newer += p.newer;
@@ -45,10 +53,10 @@ std::vector<PointPair> pick(const std::vector<PointPair>& pairs, const std::vect
   return result;
 }
 
-// Two matches may belong to one place when they are as far apart in both frames.
+// Two correct matches are the same distance apart in both images, so a pair that is not need not be tried.
 bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_px) {
   const float older = (a.older - b.older).norm(), newer = (a.newer - b.newer).norm();
-  // Two points closer than three times the threshold do not fix a rotation.
+  // Two points closer than three times the threshold do not determine a rotation.
   return std::min(older, newer) > 3 * threshold_px && std::abs(older - newer) < 2 * threshold_px;
 }
 
@@ -63,9 +71,9 @@ RigidMotion align_rigidly(const PlaceFeatures& older, const PlaceFeatures& newer
         {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
   if (pairs.size() < 2) return {};
 
-  std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
+  std::mt19937_64 random;  // The default seed gives the same answer for the same input.
   std::vector<std::size_t> best;
-  // Drawing a pair that cannot be right costs next to nothing, so only those that may be count as iterations.
+  // Rejecting a pair by its distances is cheap, so only pairs that pass count as iterations.
   constexpr int kDrawsPerIteration = 20;
   for (int draw = 0, tried = 0; draw < kDrawsPerIteration * iterations && tried < iterations; ++draw) {
     const PointPair &a = pairs[random() % pairs.size()], &b = pairs[random() % pairs.size()];

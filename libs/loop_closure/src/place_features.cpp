@@ -1,3 +1,7 @@
+// SIFT features (Lowe 2004) of a curvature map (Huang et al., GelSLAM, T-RO 2026, section V). Unlike heights,
+// curvature hardly depends on how the sensor is tilted and how deep it is pressed. Features near the
+// contact's border are left out, because the gel there follows its own rim and not the object.
+
 #include "place_features.hpp"
 
 #include <algorithm>
@@ -8,22 +12,23 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr double kMinFullScalePerMm = 0.789;  // a sensor's noise leaves a fifth of it
+constexpr double kMinFullScalePerMm = 0.789;  // The noise of a sensor amounts to a fifth of this.
 constexpr double kSiftContrast = 0.02;
 
 cv::Mat1b inner_contact(const Surface& surface) {
   const auto margin = static_cast<int>(std::lround(kRimMm / surface.pixel_pitch_mm));
   cv::Mat1b padded, eroded;
-  // The image's border is a border of what is known of the contact, too.
+  // The contact is cut off at the image border, so the border is eroded like the rim of the contact.
   cv::copyMakeBorder(surface.contact, padded, margin, margin, margin, margin, cv::BORDER_CONSTANT, 0);
   cv::erode(padded, eroded, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
   return eroded(cv::Rect(margin, margin, surface.contact.cols, surface.contact.rows)).clone();
 }
 
-// Gray levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow texture (a
-// worn coin bends the gel twenty times less than a knurl). Four times the root mean square curvature is
-// mapped to the full range instead; descriptors do not change with contrast, so frames scaled differently
-// still match. The floor keeps a smooth surface's noise from becoming features.
+// Converts curvature to gray levels. SIFT's contrast threshold is absolute, so with a fixed scale no features
+// would be found on shallow texture (a worn coin bends the gel twenty times less than a knurl). Four times
+// the root mean square curvature is therefore mapped to the full range. Descriptors do not depend on
+// contrast, so frames with different scales can still be matched. The lower limit of the scale keeps the
+// noise on a smooth surface from becoming features.
 cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
   const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
   const double full_scale = std::clamp(4.0 * rms, kMinFullScalePerMm * surface.pixel_pitch_mm,
@@ -35,7 +40,8 @@ cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
 
 }  // namespace
 
-/// Returns a box around the contact, with room for the largest blobs, on the grid of SIFT's coarsest octave.
+/// Returns a box around the contact, with a margin for the largest blobs. Its corner lies on the grid of
+/// SIFT's coarsest octave, so that the box does not change the features found.
 cv::Rect around(const cv::Mat1b& mask) {
   constexpr int kGridPx = 32;
   const cv::Rect box = cv::boundingRect(mask);

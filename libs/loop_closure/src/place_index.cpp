@@ -1,3 +1,12 @@
+// An index from descriptors to keyframes: local naive Bayes nearest neighbors (McCann & Lowe 2012) with
+// locality-sensitive hashing (Charikar 2002).
+//
+// Each of kTables hash tables assigns a descriptor to one of 2^kBits buckets by the signs of kBits random
+// projections. A query looks into its own bucket of each table and into the one beyond the projection nearest
+// to zero. For each descriptor of the query, let d_j be the squared distance to the nearest descriptor of
+// keyframe j, and D that of the first keyframe after the `count` nearest ones. Keyframe j then gets the vote
+// log(D / d_j).
+
 #include "place_index.hpp"
 
 #include <algorithm>
@@ -12,17 +21,20 @@
 namespace gelslam::loop_closure::detail {
 
 PlaceIndex::PlaceIndex() {
-  std::mt19937_64 random;  // with its standard seed: the same on every machine
+  std::mt19937_64 random;  // The default seed gives the same projections on every machine.
   projections_.resize(static_cast<std::size_t>(kDescriptorSize * kProjections));
   for (int projection = 0; projection < kProjections; ++projection) {
     std::array<float, kDescriptorSize> weights;
     for (float& weight : weights) {
-      int sum = 0;  // of 8 bytes: near enough to a normal, and the same on every machine
+      // The sum of 8 random bytes is close to normally distributed and, unlike std::normal_distribution, the
+      // same on every machine.
+      int sum = 0;
       for (std::uint64_t bytes = random(), k = 0; k < 8; ++k, bytes >>= 8)
         sum += static_cast<int>(bytes & 255U);
       weight = static_cast<float>(sum) - 8.0F * 127.5F;
     }
-    // Descriptors are never negative: weights that sum to zero look at their shape, not at their mean.
+    // Descriptors have no negative entries. Weights that sum to zero respond to a descriptor's shape and not
+    // to its mean.
     const float mean = std::accumulate(weights.begin(), weights.end(), 0.0F) / kDescriptorSize;
     for (std::size_t k = 0; k < weights.size(); ++k)
       projections_[k * kProjections + static_cast<std::size_t>(projection)] = weights[k] - mean;

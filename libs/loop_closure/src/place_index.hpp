@@ -8,11 +8,12 @@
 
 namespace gelslam::loop_closure::detail {
 
-/// Finds which of many keyframes share features with one. Each descriptor votes for the keyframes that hold
-/// its nearest neighbors, by how much nearer they are than the next ones (local naive Bayes nearest neighbor,
+/// Index over the features of many keyframes that finds those which resemble a new one. Each descriptor of
+/// the new keyframe votes for the keyframes that contain its nearest neighbors; the vote is the logarithm of
+/// how much nearer they are than the best keyframe that gets no vote (local naive Bayes nearest neighbor,
 /// McCann & Lowe 2012). Neighbors are found by the signs of random projections (locality-sensitive hashing,
-/// Charikar 2002), so that the cost of a query grows with the number of look-alike descriptors, not with all
-/// of them. Deterministic (explicit seed).
+/// Charikar 2002), so that the cost of a query grows with the number of similar descriptors, and not with the
+/// number of all descriptors. Deterministic (fixed seed).
 class PlaceIndex {
  public:
   PlaceIndex();
@@ -21,7 +22,8 @@ class PlaceIndex {
   void add(PlaceFeatures features);
   const PlaceFeatures& features(int keyframe) const { return features_[static_cast<std::size_t>(keyframe)]; }
 
-  /// Returns the `count` keyframes with most votes among the first `searched`, best first; ties to the older.
+  /// Returns the `count` keyframes with most votes among the first `searched` ones, those with most votes
+  /// first. Among equal ones the older comes first.
   std::vector<int> most_alike(const PlaceFeatures& features, int searched, int count) const;
 
  private:
@@ -31,18 +33,18 @@ class PlaceIndex {
   using Projected = std::array<float, kProjections>;
 
   void project(const std::uint8_t* descriptor, Projected& result) const;
-  /// Returns the bucket that the signs of kBits projections name.
+  /// Returns the bucket whose number has the signs of kBits projections as its bits.
   static std::uint32_t bucket_of(const float* projected);
 
-  /// Calls see(keyframe, squared distance) for descriptors in the same buckets, and in those beyond the least
-  /// sure projection.
+  /// Calls see(keyframe, squared distance) for the descriptors in the same bucket of each table, and for
+  /// those in the bucket that differs in the bit of the projection nearest to zero.
   template <typename See>
   void for_neighbors(const std::uint8_t* descriptor, See see) const;
 
   std::vector<float> projections_;                             // kDescriptorSize rows of kProjections
-  std::array<std::vector<std::vector<int>>, kTables> tables_;  // bucket -> descriptors
-  std::vector<PlaceFeatures> features_;                        // by keyframe
-  std::vector<int> keyframe_of_, number_of_;                   // of a descriptor: where it is
+  std::array<std::vector<std::vector<int>>, kTables> tables_;  // Descriptor numbers by table and bucket.
+  std::vector<PlaceFeatures> features_;                        // Features by keyframe.
+  std::vector<int> keyframe_of_, number_of_;  // By descriptor number: its keyframe, and its index there.
 };
 
 }  // namespace gelslam::loop_closure::detail

@@ -21,8 +21,8 @@
 namespace gelslam::mesh::detail {
 namespace {
 
-/// Groups and materials become one mesh: their vertices end up in one list, each place once. STL repeats
-/// every vertex for every triangle, each with the triangle's normal, which is left out.
+/// Merges groups and materials to one mesh, in which each vertex occurs once. STL repeats every vertex for
+/// every triangle with the triangle's normal, which is dropped.
 class OneMesh {
  public:
   OneMesh(Mesh& mesh, double mm_per_unit, bool with_normals)
@@ -31,7 +31,7 @@ class OneMesh {
   void add(const aiMesh& part) {
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
-      if (face.mNumIndices != 3) continue;  // a point or a line
+      if (face.mNumIndices != 3) continue;  // Points and lines are skipped.
       const auto vertex = [&](int corner) { return index_of(part, face.mIndices[corner]); };
       mesh_.triangles.emplace_back(vertex(0), vertex(1), vertex(2));
     }
@@ -58,7 +58,7 @@ class OneMesh {
   std::map<std::array<float, 3>, int> index_;
 };
 
-/// As Assimp takes an STL: text in small letters, and nothing behind the last triangle.
+/// Prepares an STL for Assimp: text in lower case, and nothing after the last triangle.
 std::string plain_stl(const std::filesystem::path& path) {
   std::string bytes = read_file(path);
   if (is_text_stl(bytes)) return lower_case(std::move(bytes));
@@ -66,14 +66,14 @@ std::string plain_stl(const std::filesystem::path& path) {
   return bytes;
 }
 
-/// As Assimp takes an OBJ: without a byte order mark and comments, lines whole, and no colors behind a
-/// vertex, which some programs give an opacity, too.
+/// Prepares an OBJ for Assimp: removes the byte order mark, comments, and colors after a vertex (some
+/// programs add an opacity), and joins continued lines.
 std::string plain_obj(const std::filesystem::path& path) {
   std::string text = read_file(path), plain, line;
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
   std::istringstream lines(std::move(text));
   for (std::string part; std::getline(lines, part);) {
-    line += part.substr(0, part.find_first_of("#\r"));  // a comment may end in a backslash, too
+    line += part.substr(0, part.find_first_of("#\r"));  // A comment may end in a backslash, too.
     if (line.ends_with('\\')) {
       line.back() = ' ';
       if (lines.peek() != EOF) continue;
@@ -110,11 +110,11 @@ Mesh read_with_assimp(const std::filesystem::path& path, const std::string& exte
 
 namespace {
 
-constexpr ai_real kTouched = 0.75;  ///< gray of a surface without colors
+constexpr ai_real kTouched = 0.75;  ///< Gray level of a surface without colors.
 
 aiVector3D vector_of(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 
-/// The linear intensity of an sRGB level (IEC 61966-2-1).
+/// Returns the linear intensity of an sRGB level (IEC 61966-2-1).
 ai_real linear_share(std::uint8_t level) {
   const double s = level / 255.0;
   return static_cast<ai_real>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
@@ -131,7 +131,8 @@ aiMesh* part_of(const Mesh& mesh, LengthUnit file_unit, bool with_normals, const
   if (with_normals && !mesh.normals.empty()) {
     part->mNormals = new aiVector3D[n];
     for (std::size_t i = 0; i < n;
-         ++i) {  // glTF demands unit length: without direction, that of untouched gel
+         // glTF requires unit length, so a normal without direction becomes that of the untouched gel.
+         ++i) {
       const Eigen::Vector3f& normal = mesh.normals[i];
       part->mNormals[i] = normal.norm() > 0 ? vector_of(normal.normalized()) : aiVector3D(0, 0, -1);
     }
@@ -170,7 +171,7 @@ aiMaterial* material(bool has_colors) {
 std::string encode_with_assimp(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
                                const VertexColors& colors) {
   const bool is_gltf = extension == ".glb", is_stl = extension == ".stl";
-  aiScene scene;  // owns what it points to
+  aiScene scene;  // Owns everything that it points to.
   scene.mRootNode = new aiNode("surface");
   scene.mRootNode->mNumMeshes = 1;
   scene.mRootNode->mMeshes = new unsigned[1]{0};

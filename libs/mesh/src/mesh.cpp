@@ -109,7 +109,8 @@ Mesh largest_shell(const Mesh& mesh) {
 }
 
 Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles) {
-  // Of a part of a large mesh, a short range: it is cut into parts without looking at all of it each time.
+  // The vertices of a part of a large mesh are a short range of indices, so it is cut out without a pass over
+  // all vertices.
   int first = static_cast<int>(mesh.vertices_mm.size()), end = 0;
   for (const Eigen::Vector3i& t : triangles) {
     first = std::min(first, t.minCoeff());

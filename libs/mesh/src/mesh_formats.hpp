@@ -9,17 +9,18 @@
 
 namespace gelslam::mesh::detail {
 
-/// A vertex as a file gives it, in mm. Throws Error when it is not finite or more than 1 km away: floats do
-/// not resolve what a sensor feels there.
+/// Converts a vertex of a file to mm. Throws Error when it is not finite or more than 1 km away, where single
+/// precision does not resolve what a sensor feels.
 Eigen::Vector3f vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit);
 
-/// Whether an STL is text, by its beginning: binary ones may begin with "solid", too.
+/// Says whether an STL is text, by its beginning. Binary files may begin with "solid", too.
 bool is_text_stl(std::string_view bytes);
 
-/// Reads any PLY (ASCII, little or big endian) whose `vertex` element has x y z and whose `face` element has
-/// a list vertex_indices (or vertex_index), or `tristrips`; nx ny nz and confidence are taken when present,
-/// other properties are skipped. Assimp makes triangles of polygons. Coordinates are multiplied by
-/// `mm_per_unit`. Every count is checked against the file's size before memory is taken for it. Throws Error.
+/// Reads a PLY (ASCII, little or big endian) whose `vertex` element has x y z and whose `face` element has a
+/// list vertex_indices (or vertex_index), or that has `tristrips`. nx ny nz and confidence are read if
+/// present, other properties are skipped. Assimp converts polygons to triangles. Coordinates are multiplied
+/// by `mm_per_unit`. Every count is compared with the file's size before memory is allocated for it. Throws
+/// Error.
 Mesh read_ply(const std::filesystem::path& path, double mm_per_unit);
 
 inline Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, LengthUnit file_unit) {
@@ -27,11 +28,11 @@ inline Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, LengthUnit file
 }
 
 #ifdef GELSLAM_WITH_ASSIMP
-/// OBJ and STL in all their dialects, and polygons of a PLY; `extension` is ".obj", ".stl" or ".ply". Throws
-/// Error when Assimp cannot read the file.
+/// Reads OBJ and STL in all their variants, and polygons of a PLY; `extension` is ".obj", ".stl" or ".ply".
+/// Throws Error when Assimp cannot read the file.
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit);
 
-/// The bytes of an OBJ, STL (binary; normals of its triangles) or GLB (as write_mesh() says), by
+/// Returns the bytes of an OBJ, STL (binary, with the normals of its triangles) or GLB (see write_mesh()), by
 /// `extension`. Throws Error when Assimp cannot write it.
 std::string encode_with_assimp(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
                                const VertexColors& colors);

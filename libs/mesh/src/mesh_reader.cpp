@@ -41,7 +41,7 @@ std::string beginning_of(const std::filesystem::path& path) {
   return beginning;
 }
 
-/// Vertices have passed vertex_mm().
+/// The vertices have been checked by vertex_mm().
 void check_readable(const Mesh& mesh) {
   if (mesh.vertices_mm.empty()) throw Error("it holds no vertices");
   if (mesh.triangles.empty()) throw Error("it holds no triangles");

@@ -15,7 +15,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PLY is written as it lies in memory");
 
-/// Of a number, or of numbers that lie one after another.
+/// Appends the bytes of a number or of an array of numbers.
 template <typename T>
 void append(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof(T));
@@ -61,7 +61,7 @@ std::string encode_ply(const Mesh& mesh, LengthUnit file_unit, const VertexColor
   return out;
 }
 
-/// A line for each vertex: x y z nx ny nz.
+/// Writes one line per vertex: x y z nx ny nz.
 std::string encode_points(const Mesh& mesh, LengthUnit file_unit) {
   std::string out;
   for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
@@ -77,7 +77,7 @@ std::string encode_points(const Mesh& mesh, LengthUnit file_unit) {
 
 }  // namespace
 
-/// Notes the unit in an OBJ as a comment, in an STL as its header of 80 bytes.
+/// The unit is noted in an OBJ as a comment, in an STL in its header of 80 bytes.
 std::string encode_mesh(const Mesh& mesh, const std::string& extension, LengthUnit file_unit,
                         const VertexColors& colors) {
   check_consistent(mesh, colors);

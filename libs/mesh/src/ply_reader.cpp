@@ -49,7 +49,7 @@ constexpr std::array<std::string_view, 3> kFormats{"ascii", "binary_little_endia
 struct Property {
   std::string name;
   const Type* type = nullptr;
-  const Type* count_type = nullptr;  ///< of a list
+  const Type* count_type = nullptr;  ///< Type of a list's length.
 };
 
 struct Element {
@@ -133,14 +133,14 @@ Header parse_header(std::string_view bytes) {
   return header;
 }
 
-/// Walks the body of the file, one scalar at a time.
+/// Reads the body of the file, one scalar after another.
 class Cursor {
  public:
   Cursor(std::string_view body, Format format)
       : at_(body.data()), end_(body.data() + body.size()), format_(format) {}
 
   std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
-  /// Fewest bytes that a scalar of this type can take.
+  /// Returns the least number of bytes that a scalar of this type can take.
   std::size_t min_size(const Type& type) const { return format_ == Format::ascii ? 1 : type.bytes; }
 
   double scalar(const Type& type) { return format_ == Format::ascii ? ascii() : binary(type); }
@@ -229,7 +229,7 @@ int to_index(double value) {
   return static_cast<int>(value);
 }
 
-/// Returns false for one that is no triangle.
+/// Returns false if the face is not a triangle.
 bool read_face(const Property& property, Cursor& cursor, Mesh& mesh) {
   const std::size_t corners = cursor.count(*property.count_type);
   if (corners < 3) throw Error("a face of it is no polygon");
@@ -240,7 +240,7 @@ bool read_face(const Property& property, Cursor& cursor, Mesh& mesh) {
   return corners == 3;
 }
 
-/// A triangle for every vertex from the third on; -1 begins another strip.
+/// Each vertex from the third on makes a triangle; -1 begins a new strip.
 void read_strip(const Property& property, Cursor& cursor, Mesh& mesh) {
   std::vector<int> strip;
   for (std::size_t left = cursor.count(*property.count_type); left > 0; --left) {
@@ -257,7 +257,7 @@ void read_strip(const Property& property, Cursor& cursor, Mesh& mesh) {
   }
 }
 
-/// Returns false where some are no triangles.
+/// Returns false if some faces are not triangles.
 bool read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
   bool triangles = true;
   mesh.triangles.reserve(static_cast<std::size_t>(element.count));

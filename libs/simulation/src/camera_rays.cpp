@@ -1,4 +1,5 @@
-// The camera's rays: from a point below the gel, or along z, through the lens and on to the gel.
+// The camera's rays: they start at a point below the gel, or run along z for an orthographic camera, and pass
+// the lens to the gel.
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +13,8 @@ namespace {
 
 double magnified(double radius, double k1) { return radius * (1 + k1 * radius * radius); }
 
-/// Where the lens takes a ray of this radius in the picture from, by halving; the farthest that a lens of
-/// negative k1 shows.
+/// Returns the radius before the lens of a ray that appears at `image_radius`, by bisection. If a lens with
+/// negative k1 shows no such ray, it returns the largest radius that the lens shows.
 double before_lens(double image_radius, double k1) {
   constexpr int kHalvings = 50;
   double near = 0, far = k1 < 0 ? std::sqrt(-1 / (3 * k1)) : image_radius;
@@ -35,8 +36,9 @@ double bilinear(const cv::Mat1f& map, double u, double v) {
   return top + dv * (below[0] + du * static_cast<double>(below[1] - below[0]) - top);
 }
 
-/// Height at which a ray that rises from below first meets the surface. `below_mm`(z): how far the ray at
-/// height z lies below it. Steps are so small that nothing of the size of a pixel is passed.
+/// Returns the height at which a ray that rises from below first meets the surface. `below_mm(z)` is how far
+/// the ray at height z is below the surface. The steps are small enough that no detail of the size of a pixel
+/// is skipped.
 template <typename Below>
 double first_crossing_mm(const Below& below_mm, double lowest_mm, double highest_mm, int steps) {
   double low = lowest_mm, high = highest_mm, below_low = below_mm(low), below_high = 0;
@@ -49,7 +51,7 @@ double first_crossing_mm(const Below& below_mm, double lowest_mm, double highest
   }
   constexpr double kExactMm = 1e-5;
   for (int k = 0; k < 20 && high - low > kExactMm && below_low > below_high; ++k) {
-    // Where a line crosses; both ends move because the line is not quite one.
+    // Regula falsi, with both ends of the bracket moving, as the function is not linear.
     const double at = std::clamp(low + (high - low) * below_low / (below_low - below_high), low, high);
     const double below = below_mm(at);
     if (std::abs(below) < kExactMm) return at;
@@ -62,7 +64,7 @@ double first_crossing_mm(const Below& below_mm, double lowest_mm, double highest
 }  // namespace
 
 void Optics::trace_to_plane() {
-  constexpr int kBlockPx = 8;  // sizes that press_gel() takes
+  constexpr int kBlockPx = 8;  // press_gel() requires sizes that are multiples of this.
   const SensorGeometry& camera = geometry_;
   const SensorOptics& optics = camera.optics;
   plane_mm_.create(camera.height_px, camera.width_px);
@@ -89,7 +91,7 @@ bool Optics::is_orthographic() const {
   return !geometry_.optics.has_lens() && geometry_.optics.camera_distance_mm == 0;
 }
 
-/// The first point of the gel, as a surface over the grid, on each ray.
+/// Returns, for each ray, the grid position of the first point of the gel's surface that it meets.
 cv::Mat2f Optics::seen_px(const cv::Mat1f& height_mm) const {
   double lowest = 0, highest = 0;
   cv::minMaxLoc(height_mm, &lowest, &highest);
@@ -135,7 +137,7 @@ cv::Mat Optics::taken(const cv::Mat& map, const cv::Mat2f& place_px) const {
 Eigen::Vector2d Optics::image_px(const Eigen::Vector3d& point_mm) const {
   const SensorOptics& optics = geometry_.optics;
   const double half_width_px = 0.5 * geometry_.width_px, stretch = std::sqrt(optics.pixel_aspect);
-  // Similar triangles from the camera, then the lens.
+  // Perspective projection, then the lens distortion.
   const double nearer = 1 / (1 + point_mm.z() * optics.inverse_distance());
   const Eigen::Vector2d image =
       nearer * Eigen::Vector2d(point_mm.x() * stretch, point_mm.y() / stretch) / geometry_.pixel_pitch_mm;

@@ -46,7 +46,7 @@ AviWriter::AviWriter(const std::filesystem::path& path, int width, int height, d
   AVFormatContext* context = nullptr;
   check(avformat_alloc_output_context2(&context, nullptr, "avi", nullptr));
   muxer_.reset(context);
-  context->flags |= AVFMT_FLAG_BITEXACT;  // the same scan gives the same bytes
+  context->flags |= AVFMT_FLAG_BITEXACT;  // Makes the bytes of the file depend on the scan only.
   AVStream* stream = avformat_new_stream(context, nullptr);
   if (stream == nullptr || packet_ == nullptr) throw Error("out of memory");
   stream->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;

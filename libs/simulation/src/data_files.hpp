@@ -14,20 +14,20 @@ struct AVPacket;
 
 namespace gelslam::simulation::detail {
 
-/// config.yaml of a data folder, with the same keys as the public configurations have. `model`: empty, or the
-/// one to name.
+/// Returns config.yaml of a data folder, with the same keys as the public configurations. `model` is the
+/// gradient model to be named in it, or empty.
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
                         double frame_rate_hz, const std::filesystem::path& model);
 
-/// A video file (AVI) of JPEG pictures of full color resolution. cv::VideoWriter would halve the color
-/// resolution of JPEG pictures, and color is what this sensor measures with.
+/// Writes a video file (AVI) of JPEG images with full color resolution. cv::VideoWriter would halve the color
+/// resolution, and this sensor measures by color.
 class AviWriter {
  public:
-  /// Throws Error when the file cannot be made.
+  /// Throws Error when the file cannot be created.
   AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
   /// Throws Error on a full disk.
   void add(std::span<const std::uint8_t> picture);
-  /// Writes the index and makes the file appear.
+  /// Writes the index and moves the temporary file to its final name.
   void finish();
 
  private:

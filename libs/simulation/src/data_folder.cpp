@@ -28,7 +28,7 @@ struct Encoded {
   std::vector<std::uint8_t> picture;
 };
 
-/// Also writes the true contact into `folder`.
+/// Renders and encodes a frame, and writes its true contact into `folder`.
 Encoded encode(const Simulator& simulator, int index, const std::filesystem::path& folder) {
   Encoded encoded{simulator.frame(index), {}};
   encoded.picture = encode_jpeg(encoded.frame.bgr);
@@ -37,7 +37,7 @@ Encoded encode(const Simulator& simulator, int index, const std::filesystem::pat
   return encoded;
 }
 
-/// Collects which vertices of the object's surface the gel really touched.
+/// Determines which vertices of the object's surface were touched by the gel.
 class TouchedPoints {
  public:
   explicit TouchedPoints(const Simulator& simulator)
@@ -48,8 +48,8 @@ class TouchedPoints {
     const Eigen::Matrix3f turn = frame.sensor_T_object.linear().cast<float>();
     const Eigen::Vector3f move = frame.sensor_T_object.translation().cast<float>();
     const auto per_mm = static_cast<float>(1 / geometry.pixel_pitch_mm);
-    // A vertex lies up to half a pixel's diagonal from the pixel's center, on a slope of up to about 50
-    // degrees.
+    // A vertex may be half a pixel's diagonal away from the pixel's center, which on a slope of up to about
+    // 50 degrees changes its height by this much.
     const auto same_sheet_mm = static_cast<float>(geometry.pixel_pitch_mm);
     const auto& vertices = simulator_.surface().vertices_mm;
     for (std::size_t k = 0; k < vertices.size(); ++k) {
@@ -69,7 +69,8 @@ class TouchedPoints {
     }
   }
 
-  /// x y z after one another, object frame, meters; in the order of the vertices.
+  /// Returns the coordinates x y z of all touched vertices one after another (object frame, meters), in the
+  /// order of the vertices.
   std::vector<float> points_m() const {
     std::vector<float> points;
     const auto& vertices = simulator_.surface().vertices_mm;
@@ -164,7 +165,7 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   write_optics(folder / kOpticsFileName, simulator.spec().geometry.optics);
   const std::string name = options.name.empty() ? name_of(std::filesystem::absolute(folder)) : options.name;
   write_file_atomically(folder / "meta.json", meta_json(name, simulator, points.size() / 3));
-  video.finish();  // last: a folder with a gelsight.avi is whole
+  video.finish();  // Done last, so that a folder that contains gelsight.avi is complete.
 }
 
 }  // namespace gelslam

@@ -1,3 +1,11 @@
+// The gel as a membrane under tension on an elastic foundation, deformed by an obstacle.
+//
+// The displacement h from the gel at rest minimizes tension/2 |grad h|² + stiffness/2 h² subject to rest + h
+// <= underside of the object. Where the gel is free, the minimum satisfies tension * laplace(h) = stiffness *
+// h; where it is in contact, h equals the obstacle. The discrete problem is solved by projected successive
+// over-relaxation in red-black order, on grids from coarse to fine, only around the part that the object
+// pushes down.
+
 #include "gelslam/simulation/gel.hpp"
 
 #include <algorithm>
@@ -12,16 +20,19 @@
 namespace gelslam {
 namespace {
 
-constexpr int kBeyondViewPx = 16;  // a free border bends a contact that it cuts; it lies out of sight
-constexpr int kBlockPx = 8;        // solved region's size is a multiple: it can be halved three times
-constexpr double kRimLengths =
-    9.0;  // beyond this many relaxation lengths the membrane rim is under 1e-4 of its start
+// Pixels that are simulated beyond the view, because the free border of the grid disturbs a contact that it
+// cuts.
+constexpr int kBeyondViewPx = 16;
+// The size of the solved region is a multiple of this, so that it can be halved three times.
+constexpr int kBlockPx = 8;
+// After this many relaxation lengths the displacement of the membrane's rim has decayed to less than 1e-4.
+constexpr double kRimLengths = 9.0;
 constexpr float kContactGapMm = 1e-4F;
 constexpr double kRelativeAccuracy = 1e-4;
 
-/// One row of one color of a projected red-black relaxation of tension * laplace(h) = stiffness * h, h <=
-/// obstacle. The arrays do not overlap. `side` is the other color's row, shifted so that side[i] and
-/// side[i + 1] are the left and right neighbors.
+/// One step of projected red-black relaxation of tension * laplace(h) = stiffness * h, h <= obstacle, for one
+/// row of one color. The arrays do not overlap. `side` is the row of the other color, shifted so that side[i]
+/// and side[i + 1] are the left and right neighbors.
 GELSLAM_TARGET_CLONES("avx512f", "avx2", "default")
 void relax_row(float* __restrict self, const float* __restrict up, const float* __restrict down,
                const float* __restrict side, const float* __restrict obstacle, int count, float weight,
@@ -33,9 +44,9 @@ void relax_row(float* __restrict self, const float* __restrict up, const float* 
   }
 }
 
-/// Height and obstacle of one grid, split into the two colors of a checkerboard so that rows vectorize.
-/// Color c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
-/// across).
+/// Height and obstacle of one grid, separated into the two colors of a checkerboard so that rows can be
+/// vectorized. Color c contains the pixels with (x + y) % 2 == c. Ghost rows and columns make the border free
+/// (zero slope across it).
 class Checkerboard {
  public:
   Checkerboard(const cv::Mat1f& height, const cv::Mat1f& obstacle)
@@ -78,7 +89,7 @@ class Checkerboard {
   }
   float& at(Colors& colors, int x, int y) { return row(colors[(x + y) % 2], y)[x / 2]; }
 
-  /// Gives color c's pixels at the border a neighbor outside that equals themselves.
+  /// Gives the border pixels of color c a neighbor outside with the same value.
   void set_ghosts(int c) {
     std::copy_n(row(values_[c], 0), width_ / 2, row(values_[1 - c], -1));
     std::copy_n(row(values_[c], height_ - 1), width_ / 2, row(values_[1 - c], height_));
@@ -97,7 +108,7 @@ class Checkerboard {
   Colors values_, obstacle_;
 };
 
-/// Solves on one grid from a first guess.
+/// Solves the problem on one grid from an initial guess.
 cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_mm) {
   const double stiffness = pitch_mm * pitch_mm / (kGelRelaxationMm * kGelRelaxationMm);
   const double jacobi = 4.0 / (4.0 + stiffness);  // spectral radius of Jacobi's iteration
@@ -110,7 +121,8 @@ cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_
   return board.result();
 }
 
-/// Coarse grids first: each gives the next a guess that is right but for fine detail.
+/// Solves from coarse to fine grids. The solution of a coarse grid is a guess for the next one in which only
+/// fine detail is wrong.
 cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, int levels) {
   if (levels == 0) return relax(obstacle, obstacle, pitch_mm);
   cv::Mat1f coarse_obstacle, guess;
@@ -120,7 +132,8 @@ cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, int levels) {
   return relax(guess, obstacle, pitch_mm);
 }
 
-/// Where the gel can be anything but at rest: around the pixels pushed below 0, in whole blocks.
+/// Returns the region where the gel can differ from its rest position: a margin around the pixels pushed
+/// below 0, in whole blocks.
 cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm) {
   const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
   if (pushed.empty()) return {};
@@ -132,7 +145,7 @@ cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm) {
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
-/// Central differences, one-sided at the border.
+/// Returns the gradient by central differences, one-sided at the border.
 cv::Mat2f slope_of(const cv::Mat1f& height, double pitch_mm) {
   cv::Mat2f slope(height.size());
   const auto inverse = static_cast<float>(1.0 / pitch_mm);
@@ -147,7 +160,8 @@ cv::Mat2f slope_of(const cv::Mat1f& height, double pitch_mm) {
   return slope;
 }
 
-/// Largest distance of a contact pixel from the center: the circle's radius, also where the picture cuts it.
+/// Sets the radius of the circle to the largest distance of a contact pixel from the center, which is right
+/// even if the image cuts the circle.
 void measure_circle(PressedBall& pressed) {
   const cv::Mat1b& contact = pressed.gel.contact;
   const cv::Point2d center = pressed.center_px;
@@ -185,7 +199,8 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
   const double pitch = geometry.pixel_pitch_mm;
   const GelShape rest = gel_at_rest(geometry);
   GelShape gel;
-  // Nothing pulls the gel up, so an object above the gel at rest is as good as one that lies on it.
+  // Nothing pulls the gel up, so an object above the gel at rest has the same effect as one that just touches
+  // it.
   gel.height_mm = cv::min(underside_mm - rest.height_mm, 0.0F);
   gel.contact = cv::Mat1b::zeros(underside_mm.size());
   const cv::Rect region = affected(gel.height_mm, pitch);

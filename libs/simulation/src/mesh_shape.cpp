@@ -35,11 +35,13 @@ class MeshShape final : public Shape {
     const RTCRayHit ray = embree::first_hit(triangles_, origin, direction, t_max);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<float>::infinity();
     const Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
-    return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;  // leaving through a back face: it began inside
+    // The ray leaves through a back face, so it started inside.
+    return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;
   }
 
   float intersect_near(const Vector3f&, const Vector3f&, float) const override {
-    return std::numeric_limits<float>::quiet_NaN();  // a tree of boxes gains nothing by a guess
+    // An initial guess does not speed up the search in a tree of boxes.
+    return std::numeric_limits<float>::quiet_NaN();
   }
 
   float clearance(const Vector3f& point) const override { return bounds_.exteriorDistance(point); }
@@ -59,7 +61,7 @@ class MeshShape final : public Shape {
  private:
   const Vector3f& corner(int index) const { return mesh_.vertices_mm[static_cast<std::size_t>(index)]; }
 
-  /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
+  /// Splits a triangle into n * n equal ones. Different input triangles do not share vertices.
   static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {
     if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) > kMaxMeshTriangles)
       throw Error("the object's mesh is too large to be sampled finely; check its unit");

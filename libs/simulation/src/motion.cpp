@@ -1,3 +1,8 @@
+// Motions of an object over the simulated sensor. A motion gives for each frame how the object is held
+// (Grip). The pose follows from it: bodies are shifted so that they rest on their lowest points near the
+// sensor's center, and the height is such that the lowest point over the view has the wanted indentation.
+// Shifts and heights are smoothed over time.
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,16 +22,17 @@ using simulation::detail::hash;
 using simulation::detail::Random;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLiftedMm = -1.5;  // negative indentation: clear of the gel
+constexpr double kLiftedMm = -1.5;  // A negative indentation is clear of the gel.
 constexpr double kPressInFrames = 8;
 constexpr double kLateralSmoothingFrames = 6, kSupportSmoothingFrames = 2;
 constexpr double kSupportSoftnessMm =
-    0.5;  // heights within this of the lowest count for where the object rests
+    0.5;  // The object rests on the parts whose height is within about this of its lowest point.
 constexpr double kViewMarginMm = 0.3;
 
 constexpr double radians(double degrees) { return degrees * kPi / 180; }
 
-/// A smooth curve through 0 at time 0, amplitude about 1, made of a few slow waves.
+/// A smooth random function of time that is 0 at time 0, with an amplitude of about 1: a sum of a few slow
+/// sine waves.
 class SmoothRandom {
  public:
   explicit SmoothRandom(std::uint64_t seed) {
@@ -52,12 +58,12 @@ class SmoothRandom {
 /// How the object is held in one frame.
 struct Grip {
   double roll = 0, pitch = 0, twist = 0;  ///< about the sensor's x, y, z, radians
-  /// of the contact (or, flat, of the object) on the sensor
+  /// Shift of the contact (for flat objects, of the object) on the sensor.
   Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
   double indentation_mm = 0;
 };
 
-/// What a kind of object allows: factors on roll (about x), pitch (about y) and shift.
+/// Freedom of a kind of object: factors on roll (about x), pitch (about y) and shift.
 struct Freedom {
   double roll, pitch, shift;
 };
@@ -67,7 +73,7 @@ Freedom freedom_of(ShapeKind kind) {
   return {0.06, 0.06, 1.6};
 }
 
-/// Everything a motion may use to say how the object is held at frame k.
+/// Everything from which a motion computes how the object is held at frame k.
 struct Clock {
   const MotionSpec& spec;
   Freedom freedom;
@@ -77,7 +83,7 @@ struct Clock {
 
   double time_s(int k) const { return k / spec.frame_rate_hz; }
   double progress(int k) const { return spec.frames > 1 ? static_cast<double>(k) / (spec.frames - 1) : 0; }
-  /// A small unsteadiness of the hand.
+  /// Returns the unsteadiness of the hand.
   Grip hand(int k, double amount) const {
     const double t = time_s(k), a = amount * spec.speed;
     Grip grip;
@@ -102,13 +108,13 @@ Grip all_over(const Clock& clock, int k) {
     return grip;
   }
   if (clock.kind == ShapeKind::rod) {
-    grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
+    grip.roll += radians(430) * progress;  // The last 70 degrees repeat the first ones.
     grip.shift_mm.x() += 3.0 * std::sin(2 * kPi * 2.3 * progress);
     return grip;
   }
-  // A spiral from one end to the other, at a constant speed over a ball, and straight back, from the middle
-  // of the way back on. Turns are closer than a contact is wide, so that each sees the one before again, and
-  // the way back sees them all.
+  // A spiral from one end to the other, at constant speed on a sphere, and straight back; it starts in the
+  // middle of the way back. The windings are closer together than a contact is wide, so that each winding
+  // sees part of the previous one again, and the way back crosses them all.
   constexpr double kFarthest = radians(75), kThere = 0.9;
   const double radius_mm = clock.half_size_mm.y(),
                contact_mm = std::sqrt(2 * radius_mm * clock.spec.indentation_mm),
@@ -121,7 +127,7 @@ Grip all_over(const Clock& clock, int k) {
   return grip;
 }
 
-/// Place 1, lifted, place 2 (45 degrees on), lifted, place 2 rolling back to place 1.
+/// Place 1; lifted; place 2 (45 degrees further); lifted; place 2, from where it rolls back to place 1.
 Grip breaks(const Clock& clock, int k) {
   const double progress = clock.progress(k);
   Grip grip = clock.hand(k, 0.7);
@@ -135,8 +141,8 @@ Grip breaks(const Clock& clock, int k) {
   return grip;
 }
 
-/// Over all of the object again and again, at a hand's speed however long it takes: a turn about x each
-/// minute, slowly swinging about y; lifted every 8 s.
+/// Covers the whole object again and again at the speed of a hand, however long the scan is: one turn about x
+/// per minute while slowly swinging about y, lifted every 8 s.
 Grip tour(const Clock& clock, int k) {
   constexpr double kTurnS = 60, kSwingS = 17 * kTurnS, kTouchS = 8, kLiftS = 0.4;
   const double t = clock.time_s(k) * clock.spec.speed, swing = std::sin(2 * kPi * t / kSwingS);
@@ -179,7 +185,8 @@ Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
          rest(kind);
 }
 
-/// A surface's points, sorted into runs of neighbors: who asks for low ones passes over most runs.
+/// Points of a surface, grouped into runs of neighboring points, so that a search for low points can skip
+/// most runs.
 class PointRuns {
  public:
   explicit PointRuns(const Mesh& surface) : points_mm_(surface.vertices_mm) {
@@ -202,11 +209,12 @@ class PointRuns {
     }
   }
 
-  /// Calls visit(point, its height along `up`) for all points below `limit_mm` and a few above it, low runs
-  /// first; visit may lower the limit.
+  /// Calls visit(point, height along `up`) for all points below `limit_mm`, and for some above it, beginning
+  /// with the lowest runs. visit() may lower the limit.
   template <class Visit>
   void each_below(const Eigen::Vector3f& up, const float& limit_mm, Visit&& visit) const {
-    std::vector<std::pair<float, const Run*>> lowest;  // a heap; all of a run lies above its number
+    // A heap of the runs by a lower bound of the heights of their points.
+    std::vector<std::pair<float, const Run*>> lowest;
     for (const Run& run : runs_) lowest.emplace_back(up.dot(run.center_mm) - run.radius_mm, &run);
     std::make_heap(lowest.begin(), lowest.end(), std::greater<>());
     while (!lowest.empty() && lowest.front().first <= limit_mm) {
@@ -227,7 +235,8 @@ class PointRuns {
   std::vector<Run> runs_;
 };
 
-/// Where a round body rests: the mean of its lowest points (object axes turned into the sensor's), x and y.
+/// Returns where a round body rests: the weighted mean x and y of its lowest points, in object coordinates
+/// rotated into the sensor's axes.
 Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const PointRuns& surface) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   float lowest = 1e9F;
@@ -246,8 +255,8 @@ Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Poi
   return sum / weights;
 }
 
-/// The point over the sensor's view that is lowest above the gel at rest, of the whole object if none is over
-/// it. Object axes as above, moved by `shift`.
+/// Returns the smallest height above the gel at rest of all points over the sensor's view, or the smallest
+/// height of the whole object if no point is over it. The object is rotated as above and moved by `shift`.
 double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift,
                       const PointRuns& surface, const SensorGeometry& geometry) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
@@ -268,7 +277,7 @@ double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vecto
   return in_view < 1e8F ? in_view : anywhere;
 }
 
-/// Gaussian average over time; near the ends over what there is.
+/// Returns a Gaussian average over time, near the ends over the values that exist.
 template <typename Value>
 std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
   const int n = static_cast<int>(values.size()), reach = static_cast<int>(3 * sigma);
@@ -324,7 +333,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   for (std::size_t k = 0; k < frames; ++k) {
     grips[k] = entry.grip(clock, static_cast<int>(k));
     turns[k] = rotation(grips[k], shape.kind());
-    // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
+    // Only a body has to be followed; the axis of a rod and the middle of a plate stay where they are.
     shifts[k] = Eigen::Vector2d::Zero();
     if (shape.kind() == ShapeKind::body) shifts[k] = -support_center(turns[k], points);
   }
@@ -338,7 +347,8 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   for (std::size_t k = 0; k < frames; ++k) {
     double depth = grips[k].indentation_mm;
     if (depth > 0) depth *= std::min(1.0, 0.3 + 0.7 * static_cast<double>(k) / kPressInFrames);
-    // Smoothing must neither lose contact nor push a ridge in much deeper than meant.
+    // Limits what smoothing changes: contact must not be lost, and a ridge must not be pressed in much deeper
+    // than intended.
     const double slack = 0.5 * spec.indentation_mm;
     poses[k].linear() = turns[k];
     poses[k].translation() << shifts[k],

@@ -8,9 +8,9 @@ namespace {
 
 float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 
-/// Weighted gradients of the eight corners of the lattice cell at (ix, iy, iz) for the point (x, y, z) inside
-/// it. Branchless and over all corners at once, so that it vectorizes: this is where a textured object's time
-/// goes.
+/// Returns the weighted sum of the gradients of the eight corners of the lattice cell at (ix, iy, iz), for
+/// the point (x, y, z) inside it. Without branches and over all corners at once, so that the compiler
+/// vectorizes it: most of the time for a textured object is spent here.
 GELSLAM_TARGET_CLONES("avx2", "default")
 float blend_corners(std::int32_t ix, std::int32_t iy, std::int32_t iz, float x, float y, float z, float fx,
                     float fy, float fz, std::uint32_t seed) {

@@ -1,3 +1,7 @@
+// Renders the gel as the camera sees it: Lambertian shading by three near lights plus ambient light, printed
+// dots and dirt, blur of the lens, and noise. The parameters were chosen to resemble a real GelSight Mini.
+// Cast shadows and light scattered from one place to another are not simulated.
+
 #include "gelslam/simulation/optics.hpp"
 
 #include <algorithm>
@@ -15,27 +19,29 @@ namespace {
 using simulation::detail::hash;
 using simulation::detail::Random;
 
-/// A light beside the gel. How bright it makes the untouched gel is stated directly (a light guide spreads
-/// it, and the lens darkens the border), how it answers to slopes follows from where it is.
+/// A light beside the gel. Its brightness on the untouched gel is specified directly, because a light guide
+/// spreads it and the lens darkens the border. How it responds to slopes follows from its position.
 struct Light {
   cv::Vec3f position_mm;  ///< in the sensor frame; z < 0: below the membrane
   float level;            ///< gray levels on the untouched gel at the brightest place
-  cv::Vec2f center_mm;    ///< of the brightness
-  cv::Vec2f width_mm;     ///< of the brightness (Gaussian)
-  float floor;            ///< share of it that is even over the gel
-  cv::Vec3f color_bgr;    ///< with a little cross-talk between the camera's channels
+  cv::Vec2f center_mm;    ///< Center of the brightness distribution.
+  cv::Vec2f width_mm;     ///< Standard deviations of the brightness distribution (Gaussian).
+  float floor;            ///< Fraction of the brightness that is uniform over the gel.
+  cv::Vec3f color_bgr;    ///< Includes some cross-talk between the camera's channels.
 };
 
-// Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses
-// (gray levels per unit of slope at the center: red -110 in y, from the top; green +93 in x, from the right;
-// blue +67 in y, from below; red and blue answer much more strongly on the side away from their light).
+// Chosen to resemble a real GelSight Mini: its background, and its response to slopes in real presses of
+// balls (gray levels per unit of slope at the center: red -110 in y, from the top; green +93 in x, from the
+// right; blue +67 in y, from below; red and blue respond much more strongly on the side away from their
+// light).
 const std::array<Light, 3> kLights = {{
     {{-3.0F, -13.0F, -14.0F}, 110.0F, {-0.6F, 1.2F}, {5.6F, 3.9F}, 0.15F, {0.04F, 0.05F, 1.0F}},
     {{26.0F, 1.4F, -26.0F}, 84.0F, {-0.5F, -0.8F}, {8.0F, 5.5F}, 0.50F, {0.06F, 1.0F, 0.03F}},
     {{2.5F, 13.0F, -19.0F}, 98.0F, {-0.2F, -1.2F}, {7.5F, 4.8F}, 0.33F, {1.0F, 0.05F, 0.03F}},
 }};
 
-const cv::Vec3f kAmbientLevel = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
+// BGR: light that was reflected several times inside the sensor.
+const cv::Vec3f kAmbientLevel = {42.0F, 30.0F, 23.0F};
 constexpr double kLensBlurPx = 0.6;
 constexpr float kReadNoise = 0.7F;   // gray levels
 constexpr float kShotNoise = 0.01F;  // variance per gray level
@@ -46,15 +52,16 @@ float spread(const Light& light, float x, float y) {
   return light.floor + (1.0F - light.floor) * std::exp(-0.5F * (dx * dx + dy * dy));
 }
 
-/// Lambert's cosine with a soft end instead of a hard one at the terminator (the lights are strips, not
-/// points).
+/// Lambert's cosine with a smooth transition to 0 at the terminator, because the lights are strips and not
+/// points.
 float incidence(float cosine) {
   constexpr float softness = 0.1F;
   return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
 }
 
-/// Value, radius and place, v and u, in the order in which they are drawn by chance: arguments of a function
-/// have none.
+/// Adds a spot to the map. `spot` has value, radius and position (v, u). They are passed as one initializer
+/// list because its elements are evaluated in order, so that random numbers are drawn in a defined order;
+/// function arguments have no such order.
 void draw_spot(cv::Mat1f& map, const cv::Vec4f& spot) {
   const auto [value, radius, v, u] = std::array{spot[0], spot[1], spot[2], spot[3]};
   const int reach = static_cast<int>(std::ceil(radius * 2.5F));
@@ -67,7 +74,7 @@ void draw_spot(cv::Mat1f& map, const cv::Vec4f& spot) {
     }
 }
 
-/// Specks on the coat, as a factor on its brightness.
+/// Returns specks on the coating as a factor on its brightness.
 cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
   cv::Mat1f albedo(size, 1.0F);
   for (int k = 0; k < 45; ++k)
@@ -88,7 +95,7 @@ cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
   return albedo;
 }
 
-/// Slopes of the little hills that grains between gel and object make: they stay on the gel.
+/// Returns the slopes of small hills caused by grains between gel and object, which stay on the gel.
 cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, int grains, Random& random) {
   cv::Mat1f hills(size, 0.0F);
   for (int k = 0; k < grains; ++k)
@@ -102,7 +109,8 @@ cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, int grains, Random
   return slopes;
 }
 
-/// Four 16-bit uniforms of one hash: close to normal (excess kurtosis -0.3), mean 0, variance 1, and cheap.
+/// Returns a sum of four 16-bit uniform numbers from one hash. It is close to a normal distribution (excess
+/// kurtosis -0.3) with mean 0 and variance 1, and fast.
 float cheap_normal(std::uint64_t bits) {
   const auto sum =
       static_cast<float>((bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48));
@@ -133,7 +141,7 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
       const cv::Vec2f& place = rest_.place_px(v, u);
       const float x = gel_grid_.x_mm(static_cast<double>(place[0])),
                   y = gel_grid_.y_mm(static_cast<double>(place[1]));
-      const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
+      const float corner = (x * x + y * y) / 161.0F;  // 1 at the corners of a GelSight Mini's image.
       ambient_(v, u) = kAmbientLevel * (1.0F / (1.0F + 0.4F * corner));
       for (std::size_t k = 0; k < kLights.size(); ++k) {
         const cv::Vec3f to_light = kLights[k].position_mm - cv::Vec3f(x, y, 0.0F);
@@ -162,7 +170,7 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
         picture(v, u) = rest_color_(v, u);
         continue;
       }
-      // The camera looks from below: the normal on its side is (gx, gy, -1), normalized.
+      // As the camera looks from below, the normal on its side is (gx, gy, -1), normalized.
       const float scale = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
       cv::Vec3f color = ambient_(v, u) * (0.4F + 0.6F * scale);
       for (std::size_t k = 0; k < kLights.size(); ++k) {
@@ -187,7 +195,7 @@ cv::Mat3f Optics::draw(const GelView& view) const {
   return picture;
 }
 
-/// A grid about the middle of the gel; edges are a pixel wide.
+/// Draws a grid of dots, aligned with the middle of the gel. The edges of a dot are one pixel wide.
 void Optics::print_dots(const GelView& view, cv::Mat3f& picture) const {
   if (options_.dot_spacing_mm == 0.0) return;
   constexpr double ink_depth_mm = 0.5, ink_light = 0.3, radius_share = 1.0 / 6.0;

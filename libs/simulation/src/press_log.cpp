@@ -17,10 +17,10 @@ namespace {
 using namespace simulation::detail;
 
 constexpr int kHoldFrames = 10, kBareFrames = 6;
-constexpr std::array<double, 2> kApproachShares = {0.3,
-                                                   0.7};  // of the depth, frame by frame; back the same way
-// Contact radii as the gel has them, in widths of the picture; a ball's contact radius is about sqrt(depth *
-// ball radius).
+// Fractions of the depth in the frames of the approach; lifting uses them in reverse.
+constexpr std::array<double, 2> kApproachShares = {0.3, 0.7};
+// Contact radii on the gel in image widths. For a ball, the contact radius is about sqrt(depth * ball
+// radius).
 constexpr double kMinContact = 20.0 / 320, kMaxContact = 29.0 / 320, kMaxOfBall = 0.6;
 constexpr int kFramesPerTouch = kHoldFrames + 2 * static_cast<int>(kApproachShares.size()) + kBareFrames;
 
@@ -36,11 +36,11 @@ struct PlannedTouch {
   double x_mm = 0, y_mm = 0, contact_mm = 0;
 };
 
-/// Ninth by ninth over the gel, somewhere in each.
+/// Plans a touch at a random position in a ninth of the gel; consecutive touches go through the ninths.
 PlannedTouch plan_touch(const PressLogSpec& spec, int number, Random& random) {
   const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
   PlannedTouch touch;
-  // The middle of a ball in the outermost part of the gel can hardly be seen.
+  // The center of a ball in the outermost part of the gel is hardly visible.
   const auto place = [&](int third, double half_mm) {
     constexpr double outermost = 0.85;
     const double low = std::max(third * 2.0 / 3.0 - 1.0, -outermost),
@@ -53,7 +53,7 @@ PlannedTouch plan_touch(const PressLogSpec& spec, int number, Random& random) {
   return touch;
 }
 
-/// Draws the log, keeping count of the frames.
+/// Renders the log and counts its frames.
 class PressFilm {
  public:
   PressFilm(const PressLogSpec& spec, const std::function<void(const cv::Mat3b&)>& take)

@@ -4,8 +4,8 @@
 
 namespace gelslam::simulation::detail {
 
-/// Stateless hash (splitmix64's finaliser; Steele et al., 2014): the same number for the same key on any
-/// machine.
+/// A stateless hash (finalizer of splitmix64; Steele et al., 2014) that gives the same number for the same
+/// key on any computer.
 inline std::uint64_t hash(std::uint64_t key) {
   key += 0x9e3779b97f4a7c15ULL;
   key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -17,7 +17,8 @@ inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) {
   return hash(hash(a) ^ (b * 0xd1342543de82ef95ULL));
 }
 
-/// A small random stream. Not std::*_distribution: their results differ between standard libraries.
+/// A small generator of random numbers. std::*_distribution is not used, as its results differ between
+/// standard libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(hash(seed)) {}

@@ -43,7 +43,7 @@ ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
   if (!(spec.texture >= 0 && spec.texture <= 3)) throw Error("object texture factor must be between 0 and 3");
   if (is_mesh_name(spec.name)) return make_from_file(spec);
-  // Lattice seeds of neighboring numbers are unrelated after hashing.
+  // The lattices of consecutive seeds are unrelated after hashing.
   const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.texture),
                          static_cast<std::uint32_t>(makers::hash(spec.seed))};
   std::string names;

@@ -7,8 +7,8 @@
 
 namespace gelslam::simulation::detail {
 
-/// A shape given by a base distance function and a texture that raises (or lowers) its surface along it:
-/// value(p) = base(p) - texture(p), negative inside.
+/// A shape defined by a base distance function and a texture that raises or lowers its surface along the
+/// distance: value(p) = base(p) - texture(p), negative inside.
 class ImplicitShape : public Shape {
  public:
   struct Limits {
@@ -28,7 +28,7 @@ class ImplicitShape : public Shape {
   float clearance(const Eigen::Vector3f& point) const override;
   Mesh mesh(float spacing_mm) const override;
 
-  /// Negative inside, mm. The texture is evaluated only where it can decide the sign.
+  /// Returns the value in mm, negative inside. The texture is evaluated only where it can change the sign.
   float value(const Eigen::Vector3f& point) const;
   Eigen::Vector3f gradient(const Eigen::Vector3f& point) const;
   float lipschitz() const { return limits_.lipschitz; }
@@ -38,7 +38,7 @@ class ImplicitShape : public Shape {
   virtual float texture(const Eigen::Vector3f& point) const = 0;
 
  private:
-  /// The crossing between a point outside and one inside, given the values there.
+  /// Returns the intersection between a point outside and one inside, whose values are given.
   float refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside,
                float f_outside, float inside, float f_inside) const;
 
@@ -47,11 +47,11 @@ class ImplicitShape : public Shape {
   Limits limits_;
 };
 
-/// The zero level of `shape` as a closed mesh (own, after Gibson's surface nets, 1998), vertices moved onto
-/// the surface.
+/// Returns the zero level of `shape` as a closed mesh (after Gibson's surface nets, 1998), with the vertices
+/// moved onto the surface.
 Mesh surface_nets(const ImplicitShape& shape, float spacing_mm);
 
-/// The dials that every procedural shape has (ShapeSpec, checked).
+/// Parameters of every procedural shape (from a checked ShapeSpec).
 struct ShapeDials {
   float size = 1;
   float texture = 1;
@@ -67,26 +67,26 @@ ShapePtr make_screw(const ShapeDials& dials);
 ShapePtr make_coin(const ShapeDials& dials);
 ShapePtr make_plank(const ShapeDials& dials);
 
-/// A ball of any radius, exact (for calibration presses).
+/// A ball of any radius without approximation (for calibration presses).
 ShapePtr make_ball(float radius_mm);
 
 inline Eigen::AlignedBox3f centered_box(const Eigen::Vector3f& half) { return {-half, half}; }
 
-/// Distance to an axis-aligned ellipsoid, exact on the surface (Quilez' bound).
+/// Distance to an axis-aligned ellipsoid, exact on the surface only (Quilez' bound).
 inline float ellipsoid_distance(const Eigen::Vector3f& point, const Eigen::Vector3f& radii) {
   const float k0 = point.cwiseQuotient(radii).norm();
   const float k1 = point.cwiseQuotient(radii.cwiseProduct(radii)).norm();
   return k1 < 1e-6F ? -radii.minCoeff() : k0 * (k0 - 1.0F) / k1;
 }
 
-/// 0 below `low`, 1 above `high`, smooth between.
+/// 0 below `low`, 1 above `high`, and a smooth transition between them.
 inline float smooth_step(float low, float high, float x) {
   const float t = std::fmin(std::fmax((x - low) / (high - low), 0.0F), 1.0F);
   return t * t * (3.0F - 2.0F * t);
 }
 
-/// Gradient noise (Perlin 1985, quintic fade 2002) on the integer lattice, about -1 .. 1, smooth to the
-/// second derivative. Different seeds give unrelated fields.
+/// Gradient noise (Perlin 1985, quintic fade 2002) on the integer lattice, with values of about -1 .. 1 and
+/// continuous second derivatives. Different seeds give unrelated functions.
 float gradient_noise(const Eigen::Vector3f& point, std::uint32_t seed);
 
 }  // namespace gelslam::simulation::detail

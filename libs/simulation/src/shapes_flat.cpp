@@ -1,4 +1,4 @@
-// Flat objects that lie on the sensor with the face that looks along +z: coin, plank.
+// Flat objects: coin and plank. They are placed on the sensor with the face that points along +z.
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// A box with slightly rounded edges below z = 0. Growth rings cut lengthwise, and fibres, rise from its
-/// face.
+/// A plank: a box with slightly rounded edges below z = 0. Lengthwise cut growth rings and fibers form the
+/// relief of its face.
 class Plank final : public ImplicitShape {
  public:
   explicit Plank(const ShapeDials& dials)
@@ -50,7 +50,7 @@ class Plank final : public ImplicitShape {
   ShapeDials dials_;
 };
 
-/// A disc with a rim, a ring of beads, strokes like letters and a modeled center.
+/// A disk with a rim, a ring of beads, strokes that resemble letters, and a modeled center.
 class Coin final : public ImplicitShape {
  public:
   explicit Coin(const ShapeDials& dials)
@@ -66,7 +66,8 @@ class Coin final : public ImplicitShape {
  private:
   static constexpr int kGlyphCount = 22, kStrokeEnds = 4;
   static constexpr float kDiscRadius = 12.0F, kThickness = 2.0F, kLettersAt = 8.1F;
-  using Glyph = std::array<Vector2f, kStrokeEnds>;  ///< a line through four points, about its own center, mm
+  /// A line through four points, relative to its own center, mm.
+  using Glyph = std::array<Vector2f, kStrokeEnds>;
 
   static float high(const ShapeDials& dials) { return 0.36F * dials.texture; }
   static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
@@ -96,7 +97,8 @@ class Coin final : public ImplicitShape {
     return 0.15F * (1 - smooth_step(0.1F, 0.34F, nearest));
   }
   float texture(const Vector3f& point) const override {
-    const bool back = point.z() < -0.5F * kThickness;  // letters in another order, another head
+    // The back has its letters in another order, and another center.
+    const bool back = point.z() < -0.5F * kThickness;
     const Vector3f p(point.x() / dials_.size, point.y() / dials_.size, back ? 7.5F : 0.5F);
     const float r = std::hypot(p.x(), p.y()), angle = std::atan2(p.y(), p.x());
     float height = 0.22F * (1 - smooth_step(0.25F, 0.7F, std::fabs(r - 11.2F)));

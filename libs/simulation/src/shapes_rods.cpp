@@ -35,7 +35,7 @@ class Rod : public ImplicitShape {
   float radius_, half_length_;
 };
 
-/// Two crossing sets of helical grooves leave diamonds; no two diamonds are quite alike.
+/// Two sets of helical grooves that cross each other leave diamonds, each slightly different.
 class Knurl final : public Rod {
  public:
   explicit Knurl(const ShapeDials& dials)

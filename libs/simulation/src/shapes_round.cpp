@@ -47,7 +47,7 @@ class Pebble final : public ImplicitShape {
   ShapeDials dials_;
 };
 
-/// Two lobes with a waist; ridges along and across, like a shell.
+/// Two lobes with a waist between them, and ridges along and across, like the shell of a peanut.
 class Peanut final : public ImplicitShape {
  public:
   explicit Peanut(const ShapeDials& dials)
@@ -71,7 +71,8 @@ class Peanut final : public ImplicitShape {
   float texture(const Vector3f& point) const override {
     const Vector3f stretched(point.x() * 0.22F, point.y() * 0.42F, point.z() * 0.42F);
     const float field = gradient_noise(stretched, dials_.seed);
-    const float net = 0.5F - 1.6F * std::sqrt(field * field + 0.003F);  // ridges where the field changes sign
+    // Ridges run where the field changes its sign.
+    const float net = 0.5F - 1.6F * std::sqrt(field * field + 0.003F);
     const float bumps = gradient_noise(point * 0.8F, dials_.seed + 1);
     const float grain = gradient_noise(point * 1.9F, dials_.seed + 2);
     return std::clamp(dials_.texture * (0.3F * net + 0.09F * bumps + 0.04F * grain), low(dials_),
@@ -80,7 +81,8 @@ class Peanut final : public ImplicitShape {
   ShapeDials dials_;
 };
 
-/// Dimples on a Fibonacci lattice, found through a table over the faces of a cube.
+/// A golf ball whose dimples form a Fibonacci lattice. The dimples near a point are looked up in a table over
+/// the faces of a cube.
 class GolfBall final : public ImplicitShape {
  public:
   explicit GolfBall(const ShapeDials& dials)

@@ -12,7 +12,7 @@ ScanSpec pebble() {
   ScanSpec spec;
   spec.object.name = "pebble";
   spec.motion.name = "allover";
-  spec.motion.frames = 1500;  // a minute
+  spec.motion.frames = 1500;  // One minute.
   spec.background_frames = 25;
   spec.geometry.optics = kGelSightMiniOptics;
   return spec;
@@ -29,7 +29,8 @@ class SimulatedCamera final : public RawFrameSource {
     raw.height_px = frame.bgr.rows;
     raw.bytes.assign(frame.bgr.datastart, frame.bgr.dataend);
     raw.time_s = frame.time_s;
-    if (index_ == 0) start_unix_us_ = unix_us_now();  // it may have waited for a window
+    // Set here, because the source may have waited for a window.
+    if (index_ == 0) start_unix_us_ = unix_us_now();
     raw.unix_us = unix_us_of(start_unix_us_, raw.time_s);
     raw.index = raw.sequence = index_++;
     raw.arrived = std::chrono::steady_clock::now();

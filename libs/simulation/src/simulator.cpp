@@ -10,7 +10,7 @@ namespace gelslam {
 namespace {
 
 constexpr double kSurfacePoints =
-    60'000;  // enough to know how an object rests, and for a mesh to compare with
+    60'000;  // Enough to determine how an object rests on the sensor, and to compare meshes with.
 
 /// Edge length at which the object's surface has about `kSurfacePoints` vertices, 0.08 to 0.4 mm.
 float surface_spacing_mm(const Shape& shape) {

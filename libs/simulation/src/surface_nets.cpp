@@ -1,3 +1,9 @@
+// Meshes the zero level of an implicit shape by surface nets (after Gibson 1998). Each cell with a change of
+// sign has one vertex. It starts at the mean of the edge crossings and is moved onto the surface by up to
+// three Newton steps along the gradient. Each edge with a change of sign joins the vertices of its four cells
+// to two triangles. Blocks of cells that are far from the surface, according to the shape's Lipschitz
+// constant, are skipped.
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -11,10 +17,10 @@ namespace {
 
 constexpr int kBlockCells = 8;
 constexpr int kBlockCorners = kBlockCells + 1;
-constexpr std::int64_t kMaxCellsPerAxis = 1 << 20;  // three of them fit one 64-bit key
+constexpr std::int64_t kMaxCellsPerAxis = 1 << 20;  // Three of them fit into one 64-bit key.
 
 constexpr float kSameGradientMm =
-    0.01F;  // ridges have a radius of 0.2 mm: so far, a gradient turns by 3 degrees
+    0.01F;  // Ridges have a radius of 0.2 mm, so a gradient turns by 3 degrees over this distance.
 
 using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
 
@@ -22,7 +28,7 @@ std::int64_t key(const Cell& cell) {
   return (cell.z() * kMaxCellsPerAxis + cell.y()) * kMaxCellsPerAxis + cell.x();
 }
 
-/// The grid of one shape: cells between corners that are `spacing` apart.
+/// A grid of cells over one shape, with corners that are `spacing` apart.
 class Net {
  public:
   Net(const ImplicitShape& shape, float spacing) : shape_(shape), spacing_(spacing) {
@@ -46,8 +52,9 @@ class Net {
  private:
   struct CrossedCell {
     Cell cell;
-    std::array<int, 3>
-        crossing;  ///< along each axis from the first corner: +1 value rises through zero, -1 falls
+    /// For each axis, whether the value changes its sign from the first corner on: +1 rising, -1 falling, 0
+    /// neither.
+    std::array<int, 3> crossing;
   };
 
   Eigen::Vector3f corner_point(const Cell& corner) const { return origin_ + spacing_ * corner.cast<float>(); }
@@ -112,7 +119,8 @@ class Net {
       const float squared = gradient.squaredNorm();
       if (squared < 1e-6F) break;
       const Eigen::Vector3f step = shape_.value(point) / squared * gradient;
-      if (step.norm() > spacing_) break;  // near an edge of the object: the mean is the better place
+      // Near an edge of the object the mean of the crossings is the better position.
+      if (step.norm() > spacing_) break;
       point -= step;
       if (step.norm() > kSameGradientMm) gradient = shape_.gradient(point);
     }

@@ -1,3 +1,7 @@
+// The height of an object's lowest surface above each pixel, by casting rays along the sensor's z axis. Full
+// searches are made on a coarse grid of rays. Where these agree, the rays between them start from an
+// interpolated guess and fall back to a full search if that fails.
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,12 +14,17 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr auto kDepthMm = static_cast<float>(kMaxIndentationMm);
-constexpr int kTilePx = 8;            // tiles that the object is far from are skipped
-constexpr int kNodeStep = 4;          // rays are searched for on this grid; those between start from a guess
-constexpr float kAboveGelMm = 0.02F;  // a little above the gel at rest: the edge of a contact is seen whole
-constexpr float kSmoothEnoughMm = 0.15F;  // nodes of a cell that differ by less are one sheet of surface
+constexpr int kTilePx = 8;  // Tiles that are far from the object are skipped.
+// Full searches are made for the rays on this coarser grid; the rays between them start from an interpolated
+// guess.
+constexpr int kNodeStep = 4;
+// Rays end slightly above the gel at rest, so that the edge of a contact is included.
+constexpr float kAboveGelMm = 0.02F;
+// If the nodes of a cell differ by less than this, they are on one sheet of the surface.
+constexpr float kSmoothEnoughMm = 0.15F;
 
-/// Casts one picture's rays: along +z of the sensor, from the deepest indentation to just above the gel.
+/// Casts the rays of one image along the sensor's +z axis, from the deepest indentation to just above the
+/// gel.
 class Caster {
  public:
   Caster(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry)
@@ -47,7 +56,7 @@ class Caster {
   }
   Eigen::Vector3f origin(int u, int v) const { return origin(geometry_.x_mm(u), geometry_.y_mm(v)); }
 
-  /// How far every ray of a tile can go without meeting the object; infinity if all the way.
+  /// Returns how far all rays of a tile can go without meeting the object; infinity if they meet it nowhere.
   float clear_start(int u, int v) const {
     const float pitch = static_cast<float>(geometry_.pixel_pitch_mm);
     const float half = 0.5F * pitch * (kTilePx + 1) * 1.4143F;
@@ -78,7 +87,8 @@ class Caster {
     const float fu = static_cast<float>(du) / kNodeStep, fv = static_cast<float>(dv) / kNodeStep;
     const float guess = (1 - fv) * ((1 - fu) * a + fu * b) + fv * ((1 - fu) * c + fu * d);
     const float near = shape_.intersect_near(origin(u, v), direction_, guess);
-    // Beyond the ray's end counts as a miss, as it does for a search; before its start as a hit there.
+    // A point beyond the ray's end counts as a miss, as it does in a search; a point before its start counts
+    // as a hit at the start.
     if (!std::isnan(near)) return near > length_ ? kInfinity : std::max(near, 0.0F);
     return search(u, v);
   }

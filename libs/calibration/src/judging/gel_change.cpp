@@ -1,3 +1,6 @@
+// Detects what has changed in an image of the gel. The image is averaged over cells, the median change of all
+// cells (exposure, light) is subtracted, and connected cells that still differ are returned.
+
 #include "judging/gel_change.hpp"
 
 #include <algorithm>

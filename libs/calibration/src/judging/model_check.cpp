@@ -1,3 +1,7 @@
+// Judges a gradient model on presses of balls of known diameter (not in the paper): errors and scale of the
+// slopes over the gel, radii of the reconstructed balls, and how errors change with the position. The limits
+// come from models of four sensors.
+
 #include "gelslam/calibration/model_check.hpp"
 
 #include <ceres/ceres.h>
@@ -17,21 +21,22 @@
 namespace gelslam {
 namespace {
 
-// Read from models of four sensors: a fresh good calibration stays within the first limits, one from the
+// Limits from models of four sensors: a good, fresh calibration stays within the first limits, a model of the
 // published recipe within the second.
 struct Limits {
   double error_deg, scale, radius;
 };
 constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.08};
-constexpr double kOddNinthScale = 0.15;  // of one ninth, worth a sentence
+constexpr double kOddNinthScale = 0.15;  // Deviation of the scale in one ninth from which it is reported.
 constexpr double kMinNinthPixels = 1500;
 
-constexpr double kMaxErrorPerMm = 0.001;  // of slopes: half of a sensor is 10 mm long
+// Change of the slope error per mm. Half of a sensor is 10 mm long.
+constexpr double kMaxErrorPerMm = 0.001;
 
 constexpr int kMinSpherePixels = 100;
 constexpr double kSphereHuberMm = 0.01;
 
-/// Height of the lower half of a sphere (center x, y, z and radius) above a point.
+/// Residual: height of the lower half of a sphere (center x, y, z and radius) above a point.
 struct HeightAbovePoint {
   Eigen::Vector3d point;
   template <class T>
@@ -45,9 +50,9 @@ struct HeightAbovePoint {
   }
 };
 
-/// Radius of the sphere that fits the height inside the zone: robust least squares over center and radius,
-/// from `start_radius_mm`. Pixels that markers cover are left out. Nothing when it has fewer than 100 pixels
-/// or does not converge.
+/// Returns the radius of the sphere fitted to the heights inside the zone: robust least squares over center
+/// and radius, starting from `start_radius_mm`. Pixels that markers cover are left out. Returns nothing if
+/// there are fewer than 100 pixels, or if the fit does not converge.
 std::optional<double> fit_ball_radius_mm(const Surface& surface, const CalibrationPress& press,
                                          const BallZone& zone, double start_radius_mm) {
   std::vector<Eigen::Vector3d> points;
@@ -71,7 +76,7 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
         new ceres::AutoDiffCostFunction<HeightAbovePoint, 1, 4>(new HeightAbovePoint{point}),
         new ceres::HuberLoss(kSphereHuberMm), sphere.data());
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;  // Cholesky fails on flat heights, and the library says so
+  options.linear_solver_type = ceres::DENSE_QR;  // Cholesky fails for flat heights and prints a message.
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
@@ -89,7 +94,7 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
-/// How the mean slope errors of presses change with their place along an axis (regression).
+/// Regression of the presses' mean slope errors on their position along an axis.
 struct ErrorOverPlace {
   double per_mm, sigma_per_mm;
 };
@@ -115,26 +120,26 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes, const Camer
   const auto note = [&](Verdict verdict, std::string reason) {
     if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
   };
-  // Wrong slopes bend the surface.
+  // Wrong slopes distort the surface.
   const double error = check.slopes.all.mean_abs_error_deg();
   note(judge_number(error, kGoodLimits.error_deg, kUsableLimits.error_deg),
        fmt::format("slopes are wrong by {:.1f} degrees on average", error));
-  // A roll comes out too long by as much.
+  // The length of a rolled path is too long by the same factor.
   const double scale = check.slopes.all.scale();
   note(judge_number(scale - 1.0, kGoodLimits.scale, kUsableLimits.scale), scale_words(scale));
-  // Heights, and a diameter that is wrong.
+  // Errors of the heights, or a wrong diameter of the ball.
   for (const DiameterCheck& ball : check.diameters)
     note(judge_number(ball.radius_error(), kGoodLimits.radius, kUsableLimits.radius),
          fmt::format("balls of {:.2f} mm come out {:+.1f} % in radius", ball.diameter_mm,
                      100.0 * ball.radius_error()));
-  // Presses that are missing in one place; the mean over the gel hides it.
+  // Detects a place without presses, which the mean over the gel hides.
   for (std::size_t k = 0; k < 9; ++k) {
     const SlopeSums& ninth = check.slopes.ninths[k];
     if (ninth.pixels < kMinNinthPixels || std::abs(ninth.scale() - 1.0) < kOddNinthScale) continue;
     note(Verdict::usable,
          fmt::format("at the {} of the gel {}", press_zone_name(k), scale_words(ninth.scale())));
   }
-  // A wrong dome, or circles that a near camera shows aside of their balls.
+  // Detects a wrong dome, or circles that are displaced from their balls because the camera is near.
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const ErrorOverPlace error_over = error_over_place(check.presses, camera, axis);
     if (std::abs(error_over.per_mm) < kMaxErrorPerMm + 2.0 * error_over.sigma_per_mm) continue;
@@ -167,7 +172,8 @@ ModelCheck check_model(std::span<const GradientModel> models, const PressSet& se
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
   options.optics = set.optics.value_or(SensorOptics{});
-  options.compensate_light = false;  // the pictures are in the background's light (read_press_set())
+  // read_press_set() has already converted the images to the background's light.
+  options.compensate_light = false;
   std::vector<SurfaceEstimator> estimators;
   for (const GradientModel& model : models) estimators.emplace_back(model, set.background, options);
   ModelCheck check;

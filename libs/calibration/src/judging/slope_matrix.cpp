@@ -1,3 +1,13 @@
+// Estimates how a gradient model distorts slopes, from touches of a ball of known diameter (not in the
+// paper).
+//
+// At a point p of a sphere with center c and radius R, the true slope is s = (p - c) / sqrt(R² - |p - c|²).
+// Each touch gives a matrix A by alternating two steps: c is the mean of the centers that the slopes A⁻¹ *
+// read imply at their pixels, and A is the regression of read on true slopes. The result is the median over
+// all touches, entry by entry. Its standard deviation comes from their median absolute deviation, combined
+// with kPressSigma as a prior and kMethodSigma as a lower limit. A touch counts only if the fit explains at
+// least half of the variance of the read slopes.
+
 #include "gelslam/calibration/slope_matrix.hpp"
 
 #include <Eigen/LU>
@@ -16,19 +26,23 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kRimMm = 0.4;               // at a contact's border the gel is draped
-constexpr double kMaxRadiusFraction = 0.85;  // beyond, the sphere is steeper than any gel shows
+// Near the contact's border the gel hangs free of the ball, so this margin is left out.
+constexpr double kRimMm = 0.4;
+// Fraction of the ball's radius. Beyond it the sphere is steeper than the gel can follow.
+constexpr double kMaxRadiusFraction = 0.85;
 constexpr int kMinPixels = 300;
 constexpr int kIterations = 10;
-// Of the variance of what is read: presses of real balls leave 0.5 to 0.99 through five models.
+// Fraction of the read slopes' variance. On presses of real balls, five models reach 0.5 to 0.99.
 constexpr double kMinExplained = 0.5;
-// Single presses differ by so much on four sensors: a model errs otherwise at each place.
+// Standard deviation between presses on four sensors, because the errors of a model differ from place to
+// place.
 constexpr double kPressSigma = 0.15;
-// Own models of four sensors, which are right within 3 %, come out as 0.90 to 1.09: contacts drape, too.
+// Calibrations of four sensors whose errors are below 3 % gave 0.90 to 1.09, because the draped gel at the
+// border acts on the result, too.
 constexpr double kMethodSigma = 0.06;
 
 struct Reading {
-  Vector2d place_mm, rest_slope, read;  // read: relative to the gel at rest
+  Vector2d place_mm, rest_slope, read;  // `read` is the slope relative to the gel at rest.
 };
 
 std::vector<Reading> readings_of(const Surface& surface) {
@@ -49,7 +63,7 @@ std::vector<Reading> readings_of(const Surface& surface) {
   return readings;
 }
 
-/// Nothing where the touch is not that of such a ball.
+/// Returns nothing if the touch does not look like such a ball.
 std::optional<Matrix2d> read_over_true(const std::vector<Reading>& readings, double radius_mm) {
   if (readings.size() < kMinPixels) return std::nullopt;
   const auto count = static_cast<double>(readings.size());
@@ -86,7 +100,7 @@ std::optional<Matrix2d> read_over_true(const std::vector<Reading>& readings, dou
 }  // namespace
 
 bool SlopeMatrix::needs_correction() const {
-  constexpr double kChiSquared = 9.49;  // of four degrees of freedom, 5 %
+  constexpr double kChiSquared = 9.49;  // 95 % quantile with four degrees of freedom.
   return (read_over_true - Matrix2d::Identity()).cwiseQuotient(sigma).squaredNorm() > kChiSquared;
 }
 
@@ -98,13 +112,13 @@ SlopeMatrix slope_matrix_from_ball(const std::vector<SurfacePtr>& touches, doubl
   SlopeMatrix result;
   result.touches = found.size();
   const auto count = static_cast<double>(found.size());
-  // Medians: a press at the picture's border, of which one flank is seen, may say anything.
+  // Medians are used because a press at the image border shows only one flank, and its matrix may be far off.
   for (Eigen::Index k = 0; k < 4; ++k) {
     std::vector<double> values(found.size());
     std::ranges::transform(found, values.begin(), [k](const Matrix2d& matrix) { return matrix(k); });
     const double middle = median(values);
     for (double& value : values) value = std::abs(value - middle);
-    // The spread of few is uncertain itself: the usual one counts like one press.
+    // The spread of few presses is itself uncertain, so the usual spread counts like one additional press.
     const double spread = 1.4826 * median(values);
     result.read_over_true(k) = middle;
     const double of_median = 1.25 * std::hypot(spread, kPressSigma / std::sqrt(count)) / std::sqrt(count);

@@ -1,3 +1,6 @@
+// Compares read slopes with those of a pressed ball, pixel by pixel. To separate the gradient scale from
+// errors of the circle, the ball is first shifted until its slopes agree in the mean with the read ones.
+
 #include "gelslam/calibration/slope_statistics.hpp"
 
 #include <cmath>
@@ -8,7 +11,7 @@
 namespace gelslam {
 namespace {
 
-/// The ball where the read slopes say that it is: the shift by which they agree with it in the mean.
+/// Returns the ball shifted so that its slopes agree in the mean with those that the model reads.
 SeenBall ball_as_read(const std::vector<ZoneReading>& pixels, const std::vector<Eigen::Vector2d>& rest_mm,
                       SeenBall ball, double diameter_mm) {
   const double ball_px = 0.5 * diameter_mm / ball.camera().pitch_mm;

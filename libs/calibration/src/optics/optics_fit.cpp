@@ -1,3 +1,18 @@
+// Estimates the seven numbers of a sensor's optics from a scan (not in the papers; docs/algorithms.md,
+// Optics).
+//
+// The object is rigid, so where two frames show the same place in different parts of the image, their
+// surfaces must agree there. Wrong optics make the same place look different. The unknowns are the poses of
+// all frames and the optics; the first frame is held fixed. For about 80 points of each pair of overlapping
+// frames, the residuals are the difference of the two normals (two angles) and, with a small weight, of the
+// two heights. What the gradient model has read (slopes and heights relative to the gel at rest, as maps over
+// the image) is kept; for each trial value of the optics, the points of both frames are computed anew from
+// these maps. Ceres minimizes the sum with a Cauchy loss. Variances come from a sandwich estimate over
+// kStretches sections of the log.
+//
+// Limitation: errors of the gradient model that are the same over the whole log are not in that estimate;
+// kCommonToAll and kDistanceError allow for them.
+
 #include "gelslam/calibration/optics_fit.hpp"
 
 #include <ceres/ceres.h>
@@ -39,7 +54,7 @@ OpticsNumbers numbers_of(const SensorOptics& optics) {
 /// Standard deviations of the numbers among sensors of this kind, known before any data.
 constexpr OpticsNumbers kPriorSigma = {0.05, 6.0, 6.0, 0.03, 0.02, 0.0015, 0.0015};
 
-/// Computes the difference from the numbers before, in standard deviations of the prior.
+/// Residual of the prior: the change from the initial values in units of their prior standard deviations.
 struct OpticsPrior {
   OpticsNumbers start;
   template <class T>
@@ -50,24 +65,29 @@ struct OpticsPrior {
 };
 
 constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
-constexpr double kMinShared = 0.3;    // of the smaller contact
-constexpr double kMinMotionMm = 0.7;  // smaller ones show less than noise
+constexpr double kMinShared = 0.3;    // Fraction of the smaller contact that both frames show.
+constexpr double kMinMotionMm = 0.7;  // Smaller motions tell less than the noise.
 constexpr double kNormalSigmaRad = 0.05;
-// Beside a flank the gel looks like a part of the object: such normals are off by more, and bend the dome.
+// Scale of the Cauchy loss. Beside a steep flank the gel looks like a part of the object; such normals are
+// far off and would bend the estimated dome.
 constexpr double kLossRad = 0.015;
-// Heights fix z alone: beside a contact without bare gel they are wrong by more than normals are.
+// Heights are needed only to determine z. Beside a contact without bare gel they are less accurate than
+// normals.
 constexpr double kHeightSigmaMm = 1;
-// Errors of neighboring pixels have common causes: so many count as one.
+// Neighboring pixels have correlated errors, so that this many points count as one.
 constexpr double kCommonError = 15;
-constexpr std::size_t kStretches = 12;  // of a log, whose errors are taken as independent
-// But a color model's errors are the same in all of them. With this factor, errors on rendered logs of four
-// sensors are 1.2 sigmas (root mean square of the numbers other than distances).
+// Number of sections of a log whose errors are taken as independent.
+constexpr std::size_t kStretches = 12;
+// Errors of the color model, however, are the same in all sections. With this factor on the standard
+// deviations, the errors on rendered logs of four sensors are 1.2 standard deviations (root mean square over
+// the numbers other than the distance).
 constexpr double kCommonToAll = 4;
-// There distances come out 5 to 14 % off, mostly too far, which exact surfaces do not.
+// Relative standard deviation added to that of the distance. On these logs the estimated distances are 5 to
+// 14 % off, mostly too large; with exact surfaces they are not.
 constexpr double kDistanceError = 0.1;
 
 SensorOptics optics_of(const double* numbers) {
-  constexpr double kMin = 1e-6;  // a kilometer
+  constexpr double kMin = 1e-6;  // 1/mm, a distance of one kilometer.
   return {numbers[0],
           {numbers[1], numbers[2]},
           numbers[3],
@@ -78,8 +98,9 @@ SensorOptics optics_of(const double* numbers) {
 using Grid = ceres::Grid2D<float, 3>;
 using Interpolator = ceres::BiCubicInterpolator<Grid>;
 
-/// Slopes relative to the gel at rest, and relief, on the rectified grid of the optics that it was made with:
-/// what was read, whatever the optics are.
+/// What the gradient model has read of a frame, which does not depend on the optics: slopes relative to the
+/// gel at rest, and relief (CameraModel::relief_mm()). The maps are on the rectified grid of the optics with
+/// which the surface was computed.
 struct ReadFrame {
   explicit ReadFrame(const SeenFrame& frame)
       : camera(frame.surface->camera()),
@@ -98,7 +119,7 @@ struct ReadFrame {
                       static_cast<float>(-n[1] / n[2] - slope.y()),
                       static_cast<float>(camera.relief_mm(height) - camera.relief_mm(rest.z()))};
       }
-    constexpr int kBorderPx = 3;  // of a contact, where the gel leaves the object
+    constexpr int kBorderPx = 3;  // At the border of a contact the gel leaves the object.
     cv::erode(contact, inner, cv::Mat(), cv::Point(-1, -1), kBorderPx, cv::BORDER_CONSTANT, 0);
   }
 
@@ -116,7 +137,8 @@ struct Pair {
   double motion_mm = 0;
 };
 
-/// Of every frame's overlaps those of the largest motions and of some smaller ones.
+/// Returns pairs of overlapping frames: for each frame, about kPairsPerFrame of them over the whole range of
+/// motions, including the largest.
 std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>>& frames,
                                     const std::vector<SeenFrame>& seen) {
   std::vector<Pair> pairs;
@@ -124,8 +146,8 @@ std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>
     std::vector<Pair> candidates;
     for (std::size_t from = 0; from < to; ++from) {
       const Pose from_T_to = frames[from]->world_T_frame.inverse() * frames[to]->world_T_frame;
-      const double motion_mm =
-          from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);  // half a contact
+      // A rotation counts with half the width of a contact.
+      const double motion_mm = from_T_to.translation().norm() + 5 * rotation_angle_rad(from_T_to);
       if (motion_mm < kMinMotionMm) continue;
       if (shown_share(frames[to]->points_mm, *seen[from].surface, from_T_to) >= kMinShared)
         candidates.push_back({from, to, motion_mm});
@@ -137,12 +159,13 @@ std::vector<Pair> overlapping_pairs(const std::vector<std::unique_ptr<ReadFrame>
   return pairs;
 }
 
-/// A point of one frame's surface against another's surface there.
+/// Residual of a point: normal and height of one frame's surface, compared with those of the other frame at
+/// the same place.
 struct OverlapError {
   const ReadFrame *from, *to;
-  Pose to_T_from;  // before the fit
+  Pose to_T_from;  // Motion before the fit.
   Eigen::Vector2d raw_px;
-  Eigen::Vector3d read;  // slopes and relief at the point
+  Eigen::Vector3d read;  // Slopes and relief at the point.
   double weight;
 
   bool operator()(const double* from_step, const double* to_step, const double* numbers,
@@ -191,7 +214,7 @@ struct OverlapError {
 
 using OverlapCost = ceres::NumericDiffCostFunction<OverlapError, ceres::CENTRAL, 3, 6, 6, 7>;
 
-/// Poses and optics as one problem.
+/// The least-squares problem over poses and optics.
 class Adjustment {
  public:
   Adjustment(const std::vector<SeenFrame>& seen, const SensorOptics& prior) {
@@ -215,7 +238,8 @@ class Adjustment {
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.max_num_iterations = 15;
     options.function_tolerance = 1e-5;
-    options.num_threads = 1;  // sums in one order: the same result every time
+    // One thread adds in a fixed order, so that the result is the same every time.
+    options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
@@ -225,11 +249,12 @@ class Adjustment {
   const OpticsNumbers& numbers() const { return numbers_; }
   std::size_t pairs() const { return pairs_; }
 
-  /// Sandwich estimate; `rmse_rad`: what is left of the normals.
+  /// Returns the variances by a sandwich estimate. `rmse_rad` receives the root mean square residual of the
+  /// normals.
   OpticsNumbers variance(double& rmse_rad);
 
  private:
-  /// Of the difference of two normals.
+  /// Returns the root of the weight of the difference of two normals.
   static double weight_of(const ReadFrame& from, cv::Point pixel, const ReadFrame& to, cv::Point other) {
     if (from.confidence.empty() || to.confidence.empty()) return 1;
     constexpr float kBest = 255;
@@ -238,11 +263,12 @@ class Adjustment {
   }
 
   void add(const Pair& pair, const std::vector<SeenFrame>& seen) {
-    const bool swapped = (pair.from + pair.to) % 2 == 1;  // noise of either side in turn
+    // The two frames take turns, so that the noise of one side does not always enter in the same way.
+    const bool swapped = (pair.from + pair.to) % 2 == 1;
     const std::size_t a = swapped ? pair.to : pair.from, b = swapped ? pair.from : pair.to;
     const ReadFrame &from = *frames_[a], &to = *frames_[b];
     const Pose to_T_from = to.world_T_frame.inverse() * from.world_T_frame;
-    std::vector<std::pair<cv::Point, double>> shared;  // and weights
+    std::vector<std::pair<cv::Point, double>> shared;  // Pixels and their weights.
     for (int v = 0; v < from.inner.rows; v += 2)
       for (int u = 0; u < from.inner.cols; u += 2) {
         if (from.inner(v, u) == 0) continue;
@@ -332,7 +358,8 @@ OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames) {
   OpticsFit fit;
   fit.measurements = adjustment.pairs();
   const OpticsNumbers variance = adjustment.variance(fit.residual);
-  constexpr double kShown = 0.5;  // of the prior's standard deviation; what is known less stays as it was
+  // Relative to the prior's standard deviation. A number that is less certain keeps its initial value.
+  constexpr double kShown = 0.5;
   OpticsNumbers kept = numbers_of(start);
   for (std::size_t k = 0; k < kept.size(); ++k) {
     fit.sigma[k] = std::sqrt(std::max(variance[k], 0.0));

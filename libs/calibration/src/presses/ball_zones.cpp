@@ -1,3 +1,12 @@
+// Finds the part of each press where the gel certainly touches the ball, and the slopes there (not in the
+// paper).
+//
+// The center of a label is kept, while its radius is multiplied by a common factor: the median, over all
+// labels, of the radius at which the found circle leaves the ball over that of the label. A margin for the
+// gel's bend at the rim is then subtracted. SeenBall computes the slopes for a camera at a finite distance:
+// the contact is symmetric about the normal of the gel at rest, and its rim is deeper than the gel at rest by
+// the membrane's decay length times the slope at the rim.
+
 #include "gelslam/calibration/ball_zones.hpp"
 
 #include <fmt/core.h>
@@ -16,10 +25,10 @@ namespace gelslam {
 
 namespace {
 
-// The gel's slope falls by a factor e over this length beside a contact (median over real presses), so that
-// the rim lies deeper than the gel at rest by its slope times this.
+// Beside a contact the gel's slope falls by a factor e over this length (median over real presses). The rim
+// is therefore deeper than the gel at rest by its slope times this length.
 constexpr double kMembraneMm = 0.5;
-constexpr double kDeepestRim = 0.98;  // of the ball's radius
+constexpr double kDeepestRim = 0.98;  // Relative to the ball's radius.
 
 }  // namespace
 
@@ -41,7 +50,8 @@ SeenBall::SeenBall(const CameraModel& camera, const BallZone& zone, double diame
   center_mm_ = camera.point_mm(rest_mm, rim_mm) + down_mm * axis_;
 }
 
-/// To the nearer point of the ball on a ray; to the ray's nearest point where it misses the ball.
+/// Returns the vector from the ball's center to the nearer intersection of a ray with the ball, or to the
+/// nearest point of the ray if it misses the ball.
 Eigen::Vector3d SeenBall::from_center_mm(const Eigen::Vector2d& rest_mm) const {
   const Eigen::Vector2d sideways = camera_.optics.inverse_distance() * rest_mm;
   const Eigen::Vector3d ray(sideways.x(), sideways.y(), 1.0);
@@ -52,7 +62,7 @@ Eigen::Vector3d SeenBall::from_center_mm(const Eigen::Vector2d& rest_mm) const {
 }
 
 std::array<double, 2> SeenBall::slope(const Eigen::Vector2d& rest_mm) const {
-  constexpr double kMinDown = 1e-5;  // of the radius
+  constexpr double kMinDown = 1e-5;  // Relative to the radius.
   const Eigen::Vector3d point = from_center_mm(rest_mm);
   const Eigen::Vector2d slope = point.head<2>() / std::max(-point.z(), kMinDown * radius_mm_) -
                                 camera_.rest_slope(camera_.rest_point_mm(rest_mm).head<2>());
@@ -66,28 +76,33 @@ bool SeenBall::is_in_zone(const Eigen::Vector2d& rest_mm) const {
 namespace {
 
 constexpr double kMinZonePx = 5.0;
-constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
-constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
-constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
+// Least number of labels from which the convention of drawing can be estimated.
+constexpr std::size_t kMinCompared = 5;
+// Relative to the radius: a label and a found circle with closer centers are the same contact.
+constexpr double kCloseCenters = 0.12;
+// Relative to the radius: a label with a larger distance from the contact is wrong.
+constexpr double kBesideRadii = 0.6;
 
-// Of a ball's diameter: wider than this are at most a tenth of its contacts, or the gel would lie on it more
-// than 53 degrees from its deepest point. 17 sizes with right diameters: 0.30 to 0.72; with half of them 0.84
-// to 1.45, but for balls of 12 and 15 mm that sank in by 0.5 mm.
+// Relative to the ball's diameter. At most a tenth of its contacts may be wider than this; otherwise the gel
+// would follow the ball to more than 53 degrees from its deepest point. Sets with right diameters (17 sizes)
+// had 0.30 to 0.72; with half the diameters 0.84 to 1.45, except for balls of 12 and 15 mm that were pressed
+// in by 0.5 mm only.
 constexpr double kWidest = 0.8;
 
 double distance_px(const ContactCircle& a, const ContactCircle& b) {
   return std::hypot(a.u_px - b.u_px, a.v_px - b.v_px);
 }
 
-/// A circle that was found and accepted as it was: it says no more than the picture does.
+/// True for a label that is a found circle accepted without change. It says nothing about how people draw
+/// labels.
 bool is_as_found(const ContactCircle& label, const FoundCircle& found) {
   constexpr double same_px = 0.01;
   return found.problem.empty() && distance_px(label, found.circle) < same_px &&
          std::abs(label.radius_px - found.circle.radius_px) < same_px;
 }
 
-/// How the labels were drawn: the gel leaves the ball at this share of their radius. Nothing where too few
-/// can be compared with what the pictures show.
+/// Returns the fraction of a label's radius at which the gel leaves the ball, as a median over all labels, or
+/// nothing if too few can be compared with found circles.
 std::optional<double> ball_share_of_labels(const PressSet& set, const std::vector<FoundCircle>& found,
                                            double pixel_pitch_mm) {
   std::vector<double> shares;
@@ -101,9 +116,10 @@ std::optional<double> ball_share_of_labels(const PressSet& set, const std::vecto
   return shares.size() < kMinCompared ? std::nullopt : std::optional(std::min(1.0, median(shares)));
 }
 
-/// Labels of another crop lie aside of all contacts by as much.
+/// Returns a warning if all labels are displaced from their contacts by about the same vector, as labels that
+/// were drawn in differently cropped images.
 std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& found) {
-  constexpr double kMaxPx = 3.0;  // hand-made labels of two sensors: within 1.5
+  constexpr double kMaxPx = 3.0;  // Hand-made labels of two sensors are within 1.5.
   std::vector<double> right_px, down_px;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
@@ -119,7 +135,7 @@ std::string common_offset(const PressSet& set, const std::vector<FoundCircle>& f
       right, down, right_px.size());
 }
 
-/// Why a label cannot be right, or nothing.
+/// Returns why a label cannot be right, or an empty string.
 std::string problem_with_label(const CalibrationPress& press, const FoundCircle& found) {
   const ContactCircle& label = *press.label;
   if (label.u_px < -label.radius_px || label.v_px < -label.radius_px ||
@@ -131,7 +147,8 @@ std::string problem_with_label(const CalibrationPress& press, const FoundCircle&
   return "";
 }
 
-/// Width of a contact, found without knowing the ball, over the ball's diameter; nothing where none is clear.
+/// Returns the width of a contact, found without using the ball's size, relative to the ball's diameter;
+/// nothing if no contact is clearly visible.
 std::optional<double> share_of_ball(const PressSet& set, const CalibrationPress& press,
                                     double pixel_pitch_mm) {
   if (!press.problem.empty()) return std::nullopt;
@@ -143,7 +160,8 @@ std::optional<double> share_of_ball(const PressSet& set, const CalibrationPress&
          press.ball_px(pixel_pitch_mm);
 }
 
-/// Throws Error when the contacts of some diameter are too wide for it: a radius was given.
+/// Throws Error when the contacts of a ball are too wide for its diameter, which happens when the radius was
+/// given as diameter.
 void require_possible_widths(const PressSet& set, const std::map<double, std::vector<double>>& shares) {
   for (auto [diameter_mm, widths] : shares) {
     if (widths.size() < kMinCompared) continue;

@@ -1,3 +1,11 @@
+// Finds the contact circle of a ball in an image (not in the paper).
+//
+// The largest connected region that changed gives a first circle. From there the shape of the press is fitted
+// to the relative color change (press_fit.cpp), first with a color function of degree 2 and then with one of
+// degree 4 for a more accurate center. The result is rejected if the fit explains too little of the change,
+// if the circle is too small, too large for the ball or outside the image, if there is a second contact, or
+// if a model of a sliding ball fits much better.
+
 #include "gelslam/calibration/circle_finder.hpp"
 
 #include <algorithm>
@@ -16,28 +24,35 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr double kSeedShare = 0.12;  // of the strongest change: rim and sides that change little belong to it
+// Relative to the strongest change. The level is low because the rim and some flanks change little.
+constexpr double kSeedShare = 0.12;
 constexpr int kMinSeedCells = 4;
 constexpr double kWantedPoints = 1800, kWantedPointsToRefine = 900;
 
-constexpr double kMaxRefined = 0.25;  // of the radius: further away, the finer fit has lost the contact
+// Relative to the radius. If the center moves further, the second fit has lost the contact.
+constexpr double kMaxRefined = 0.25;
 
 constexpr double kWantedPointsToSmear = 250, kFirstDecayPx = 8.0;
-// Over the cost of a ball at rest. The least of 275 good presses was 0.61; 25 of 30 balls that slid by 1.4
-// radii stay below this.
+// Cost of the fit of a sliding ball relative to that of a ball at rest, below which the ball slid. The
+// smallest ratio of 275 good presses was 0.61; of 30 balls that slid by 1.4 radii, 25 are below 0.58.
 constexpr double kSlidCost = 0.58;
-constexpr double kMinMoved = 0.5;  // of the radius: less does no harm inside the zone
+// Relative to the radius. A smaller movement does no harm inside the zone.
+constexpr double kMinMoved = 0.5;
 
-constexpr double kContactShare = 0.3;  // of the strongest change: contacts without their rims
-// Another contact: this many cells, this share of the first one's weight, this many radii from it.
+// Relative to the strongest change. At this level contacts appear without their rims.
+constexpr double kContactShare = 0.3;
+// A second contact has at least this many cells, this fraction of the first one's weight, and is this many
+// radii away from it.
 constexpr int kMinSecondCells = 6;
 constexpr double kMinSecondWeight = 0.15, kSecondBeyondRadii = 1.6;
 
 constexpr double kMinRadiusPx = 6.0;
 constexpr double kMinConfidence = 0.55;
-constexpr double kMaxBallShare = 0.95;  // of the ball's radius: no gel is that deep
+// Relative to the ball's radius. No gel can be pressed in that deep.
+constexpr double kMaxBallShare = 0.95;
 
-/// The heaviest piece of the picture that changed, its membrane rim included. `difference`: of cells.
+/// Returns a circle around the changed region with the largest weight, including the rim of the membrane.
+/// `difference` is given per cell.
 std::optional<ContactCircle> find_seed(const cv::Mat1f& difference, double cell_px) {
   const double level = std::max(kMinTouchLevels, kSeedShare * largest(difference));
   const std::vector<ChangedPiece> pieces = changed_pieces(difference, level);
@@ -47,7 +62,7 @@ std::optional<ContactCircle> find_seed(const cv::Mat1f& difference, double cell_
                        std::sqrt(heaviest.cells / std::numbers::pi) * cell_px};
 }
 
-/// A circle of the picture as one of the rectified grid.
+/// Converts a circle of the image to the rectified grid.
 PressShape shape_at(const CameraModel& camera, const ContactCircle& circle, double radius_px) {
   const Eigen::Vector2d raw_px(circle.u_px, circle.v_px);
   if (!camera.optics.has_lens()) return {raw_px.x(), raw_px.y(), radius_px, kFirstDecayPx};
@@ -55,7 +70,7 @@ PressShape shape_at(const CameraModel& camera, const ContactCircle& circle, doub
   return {px.x(), px.y(), rest_px_per_raw_px(camera, raw_px) * radius_px, kFirstDecayPx};
 }
 
-/// And back; the disc that people see.
+/// Converts a shape back to a circle of the image, with the radius of the visible disk.
 ContactCircle circle_at(const CameraModel& camera, const PressShape& shape) {
   const Eigen::Vector2d px(shape.u_px, shape.v_px);
   const Eigen::Vector2d raw_px = camera.optics.has_lens() ? camera.raw_px(px).value_or(px) : px;
@@ -66,13 +81,13 @@ ContactCircle circle_at(const CameraModel& camera, const PressShape& shape) {
 PressFit fit_from(const ContactCircle& seed, const cv::Mat3f& relative, const CameraModel& camera,
                   double ball_px) {
   const PressPoints points = points_around(seed, relative, camera, kWantedPoints);
-  constexpr double knee_share = 0.75;  // of the piece that changed
+  constexpr double knee_share = 0.75;  // Radius of the contact relative to that of the changed region.
   PressShape start = shape_at(camera, seed, knee_share * seed.radius_px);
   start.radius_px = std::min(start.radius_px, 0.9 * ball_px);
   return fit_press(points, start, ball_px);
 }
 
-/// A better center, and where the gel leaves the ball.
+/// Returns a more accurate center, and the radius at which the gel leaves the ball.
 PressShape refined(const PressShape& shape, const cv::Mat3f& relative, const CameraModel& camera,
                    double ball_px) {
   ContactCircle contact = circle_at(camera, shape);
@@ -96,7 +111,7 @@ std::string problem_with(const FoundCircle& found, const CameraModel& camera, do
   return "";
 }
 
-/// A ball that moved explains far more of the picture than one at rest.
+/// Says whether the ball slid: a model of a moving ball explains far more of the image than one at rest.
 bool slid(const ContactCircle& circle, const cv::Mat3f& relative, const CameraModel& camera, double ball_px) {
   const PressPoints points = points_around(circle, relative, camera, kWantedPointsToSmear);
   const PressShape start = shape_at(camera, circle, circle.on_ball_px(camera.pitch_mm));
@@ -105,7 +120,7 @@ bool slid(const ContactCircle& circle, const cv::Mat3f& relative, const CameraMo
          fit.cost < kSlidCost * fit_press(points, start, ball_px).cost;
 }
 
-/// Two balls, or a finger beside one. `first`: the contact that is known, the more exactly the better.
+/// Says whether there is a second contact, such as another ball or a finger. `first` is the known contact.
 bool has_second_contact(const ContactCircle& first, const cv::Mat1f& difference, double cell_px) {
   const std::vector<ChangedPiece> pieces =
       changed_pieces(difference, std::max(kMinTouchLevels, kContactShare * largest(difference)));

@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kUncertainConfidence = 0.8;  // clear contacts of three sensors had 0.8 and more
-constexpr double kOddDistance = 0.25;         // between label and circle that was found, over the radius
+constexpr double kUncertainConfidence = 0.8;  // Clear contacts of three sensors had 0.8 or more.
+// Distance between a label and the found circle, relative to the radius.
+constexpr double kOddDistance = 0.25;
 constexpr double kMinOddPx = 5.0;
 constexpr double kMinLabelRadiusPx = 2.0;
 
@@ -32,7 +33,7 @@ std::string warning_about(const CalibrationPress& press, const FoundCircle& foun
   return "";
 }
 
-/// The circle that a person moves into place when none was found.
+/// Returns the initial circle that the user moves into place if none was found.
 ContactCircle circle_in_the_middle(const cv::Size& picture) {
   return {0.5 * picture.width, 0.5 * picture.height, 0.125 * picture.height};
 }
@@ -47,7 +48,8 @@ ContactCircle within_sight(ContactCircle circle, const cv::Size& picture) {
 }
 
 void write_decision(const fs::path& press_folder, const ContactCircle& circle, bool left_out) {
-  // The new file is there before the old one goes: whatever happens between, the press counts as left out.
+  // The new file is written before the old one is removed. If the program is interrupted in between, the
+  // press counts as left out.
   const fs::path kept = press_folder / (left_out ? kLeftOutFile : kLabelFile),
                  gone = press_folder / (left_out ? kLabelFile : kLeftOutFile);
   write_label(kept, circle);
@@ -63,7 +65,8 @@ LabelSession::LabelSession(PressSet set, std::vector<FoundCircle> found)
   for (std::size_t k = 0; k < found_.size(); ++k) labels_.push_back(first_label(k));
   std::stable_partition(labels_.begin(), labels_.end(),
                         [](const PressLabel& l) { return !l.warning.empty(); });
-  if (!labels_.empty() && label().state != LabelState::open) show_next_open();  // stays when there is none
+  // Stays at the first one if none is open.
+  if (!labels_.empty() && label().state != LabelState::open) show_next_open();
 }
 
 PressLabel LabelSession::first_label(std::size_t press) const {
@@ -112,7 +115,7 @@ std::string LabelSession::progress() const {
   return text;
 }
 
-/// Says whether the circle was found in the picture or put there by a person.
+/// Says whether the circle was found reliably or was placed by the user.
 bool LabelSession::has_contact(const PressLabel& label) const {
   return label.origin != LabelOrigin::found ||
          (found_[label.press].problem.empty() && set_.presses[label.press].problem.empty());
@@ -170,7 +173,8 @@ std::size_t LabelSession::accept_rest() {
 
 void LabelSession::show(std::size_t label) { current_ = std::min(label, labels_.size() - 1); }
 
-/// Shows the next open press after this one, or else the first open one; returns false where none is open.
+/// Shows the next open press after the current one, or else the first open one. Returns false if none is
+/// open.
 bool LabelSession::show_next_open() {
   for (std::size_t step = 1; step <= labels_.size(); ++step) {
     const std::size_t k = (current_ + step) % labels_.size();

@@ -1,3 +1,10 @@
+// Recognizes good presses of a ball in a stream of images (not in the paper).
+//
+// The first frames without change are the background. A touch begins when cells differ from it. When nothing
+// has changed for kStillFrames frames, their mean is judged by find_circle(); the most confident good press
+// of a touch is kept and returned when the touch ends. The thresholds of change rise with the noise that was
+// measured in the background.
+
 #include "gelslam/calibration/press_collector.hpp"
 
 #include <fmt/core.h>
@@ -20,34 +27,36 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr std::size_t kBackgroundFrames = 10;  // of the bare gel, at the start
-// Without a change before a press counts as held; their mean is what is kept.
+constexpr std::size_t kBackgroundFrames = 10;  // Number of frames of the bare gel at the start.
+// After this many frames without change, a press counts as held still. Their mean is kept.
 constexpr std::size_t kStillFrames = 6;
-// Gray levels of cells, where noise is below one.
+// In gray levels of cells, whose noise is below one.
 constexpr double kMinStillLevels = 2.0;
 constexpr double kNoiseFactor = 2.0, kMaxNoiseLevels = 5.0;
 constexpr int kMinTouchedCells = 6;
-// Bare gels of four sensors: at most 0.0008; nineteen of twenty presses: more than 0.005.
+// Stained share of the image. Bare gels of four sensors have at most 0.0008, and 95 % of presses more than
+// 0.005.
 constexpr double kMaxBareStained = 0.002;
 constexpr std::size_t kSlideFrames = 6;
 constexpr double kSlideCells = 1.5, kSlideGrowth = 1.25;
 constexpr int kPatienceHolds = 10;
 
-// The contact is to be an eighth to a quarter of the picture wide; a person may miss that by a little.
+// The contact should be an eighth to a quarter of the image wide; these limits are somewhat wider.
 constexpr double kMinWidth = 1.0 / 9.0, kMaxWidth = 1.0 / 3.4;
-// Contact radius over the ball's: beyond it the gel's flanks are steeper than 53 degrees, and lamps no longer
-// reach them.
+// Radius of the contact relative to that of the ball. Beyond it the flanks of the gel are steeper than 53
+// degrees, where the lamps no longer reach.
 constexpr double kMaxOfBall = 0.8;
-constexpr double kMinInset = 0.35;  // of the radius: how far inside the picture the ball's middle has to lie
+// Relative to the radius: least distance of the ball's center from the image border.
+constexpr double kMinInset = 0.35;
 
 double inset_px(const ContactCircle& circle, const cv::Size& size) {
   return std::min(
       {circle.u_px, circle.v_px, size.width - 1.0 - circle.u_px, size.height - 1.0 - circle.v_px});
 }
 
-/// What the hand should do better, for people; "" when the press is good.
-/// `free`: the contact as it is found when slopes limit no width; `too_wide_px`: the radius of a contact that
-/// is too deep.
+/// Returns what the user should do better, or "" when the press is good. `free` is the circle that is found
+/// if the ball's size does not limit the contact's width. `too_wide_px` is the radius of a contact that is
+/// too deep.
 std::string advice_about(const FoundCircle& found, const ContactCircle& free, const cv::Size& size,
                          double too_wide_px) {
   if (found.circle.radius_px == 0.0) return "too shallow: press a little deeper";
@@ -81,15 +90,15 @@ struct PressCollector::Impl {
 
   CollectorOptions options;
   CollectorStatus status;
-  cv::Size size;         // of all pictures
-  cv::Mat3b background;  // what presses are compared with
-  cv::Mat3f bare_cells;  // how the gel looked bare at the start of this session
+  cv::Size size;         // Size of all images.
+  cv::Mat3b background;  // Image with which presses are compared.
+  cv::Mat3f bare_cells;  // Cells of the bare gel at the start of this session.
   double noise_levels = 0.0;
 
-  cv::Mat3f anchor;  // the frame since which nothing has changed
+  cv::Mat3f anchor;  // First frame of the sequence without change.
   std::vector<cv::Mat3b> held;
   std::optional<CollectedPress> best;
-  std::deque<ChangedPiece> places;  // of the touch, in the last frames
+  std::deque<ChangedPiece> places;  // Contact in each of the last frames of the touch.
   int holds = 0;
   bool light_changed = false;
 };
@@ -102,7 +111,8 @@ void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3
   status.warning = why;
 }
 
-/// The bare gel: kBackgroundFrames pictures that are still, and in which nothing stands out.
+/// Processes a frame before there is a background. The background is the mean of kBackgroundFrames
+/// consecutive frames without change or contact.
 void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
   if (held.empty()) return begin_background(bgr, cells, status.warning);
   const double change = largest(cell_difference(cells, anchor));
@@ -126,7 +136,7 @@ void PressCollector::Impl::take_background() {
   status = {CollectPhase::ready, "", std::nullopt};
 }
 
-/// A lamp that fails: nothing that follows would fit.
+/// Detects a change of light, such as a lamp that fails, after which no press would match the background.
 void PressCollector::Impl::look_at_light(const cv::Mat3b& bgr) {
   const bool was_changed = std::exchange(light_changed, !shows_same_gel(bgr, background));
   if (light_changed)
@@ -166,7 +176,7 @@ bool PressCollector::Impl::slides(const ChangedPiece& piece) {
          growth < kSlideGrowth && growth > 1.0 / kSlideGrowth;
 }
 
-/// The ball has been still for as long as is asked.
+/// Judges a press that has been held still for kStillFrames frames.
 void PressCollector::Impl::judge_hold() {
   const cv::Mat3b mean = mean_image(std::exchange(held, {}));
   cv::Mat1b covered;

@@ -13,10 +13,10 @@
 namespace gelslam {
 namespace {
 
-// 17 and 31 degrees. The middle press of three real sets and of four simulated ones of all depths: 0.35 to
-// 0.55.
+// Slopes of 17 and 31 degrees. The median press of three real sets, and of four simulated sets of mixed
+// depths, has 0.35 to 0.55.
 constexpr double kShallowRim = 0.3, kDeepRim = 0.6;
-constexpr double kMaxPressesShare = 0.9;  // of the presses
+constexpr double kMaxPressesShare = 0.9;  // Quantile of the presses.
 
 double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 

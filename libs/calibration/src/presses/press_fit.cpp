@@ -1,3 +1,12 @@
+// Fits the shape of a press to the color change of an image (not in the paper).
+//
+// At a point with the gel slope (gx, gy), the relative color change of each channel is modeled as a
+// polynomial of (gx, gy) without constant term. The slope is that of a ball inside the radius; outside it
+// continues from the value at the rim and decays exponentially. The unknowns are center, radius and decay
+// length (and the movement of a sliding ball). The coefficients of the polynomial are linear and are
+// eliminated for each shape (variable projection). The robust cost is minimized by iteratively reweighted
+// least squares.
+
 #include "presses/press_fit.hpp"
 
 #include <ceres/jet.h>
@@ -14,6 +23,14 @@ namespace gelslam::calibration::detail {
 
 namespace {
 
+// Fits the shape of a press to the color change of an image (not in the paper).
+//
+// At a point with the gel slope (gx, gy), the relative color change of each channel is modeled as a
+// polynomial of (gx, gy) without constant term. The slope is that of a ball inside the radius; outside it
+// continues from the value at the rim and decays exponentially. The unknowns are center, radius and decay
+// length (and the movement of a sliding ball). The coefficients of the polynomial are linear and are
+// eliminated for each shape (variable projection). The robust cost is minimized by iteratively reweighted
+// least squares.
 constexpr float kDarkLevels = 10.0F;  // keeps the relative change finite where there is no light
 constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
 
@@ -22,7 +39,7 @@ constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
 cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   cv::Mat3f relative, soft_background;
   cv::subtract(bgr, background, relative, cv::noArray(), CV_32F);
-  relative -= median_color(relative);  // what all of the picture has in common: another exposure
+  relative -= median_color(relative);  // The median change of the whole image is a change of exposure.
   background.convertTo(soft_background, CV_32F);
   cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
   cv::GaussianBlur(relative, relative, cv::Size(), 1.0);
@@ -61,13 +78,14 @@ PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relativ
 }
 namespace {
 
-constexpr double kLossScale = 0.05;  // relative color change; noise is a third of it
+constexpr double kLossScale = 0.05;  // Relative color change; the noise is about a third of it.
 constexpr int kMaxReweightings = 10, kStepsPerWeighting = 4;
 constexpr double kConvergedPx = 0.01;
-constexpr double kFirstMove = 0.5;  // of the radius: where the search for a movement starts
+constexpr double kFirstMove = 0.5;  // Relative to the radius: initial value of the movement.
 constexpr double kMinFitRadiusPx = 3.0, kMaxFitRadiusOfBall = 0.98, kMinDecayPx = 1.0, kMaxDecayPx = 60.0;
 
-/// Slope of the gel at (x, y) pixels from a ball's center: on the ball inside the radius, decaying outside.
+/// Slope of the gel at (x, y) pixels from the ball's center: on the ball inside the radius, decaying
+/// exponentially outside.
 template <class T>
 std::array<T, 2> gel_slope(const T& x, const T& y, double ball_px, const T& radius, const T& decay) {
   using std::exp, std::sqrt;
@@ -82,7 +100,7 @@ std::array<T, 2> gel_slope(const T& x, const T& y, double ball_px, const T& radi
   return {over_distance * x, over_distance * y};
 }
 
-/// Height of the gel there over the rim, in pixels.
+/// Height of the gel at (x, y) above the rim, in pixels.
 template <class T>
 T height_over_rim(const T& x, const T& y, double ball_px, const T& radius, const T& decay) {
   using std::exp, std::sqrt;
@@ -91,12 +109,12 @@ T height_over_rim(const T& x, const T& y, double ball_px, const T& radius, const
   return radius / down_at_rim * decay * (1.0 - exp((radius - sqrt(squared)) / decay));
 }
 
-/// Weighted color errors of a press, as ceres::TinySolver wants them. `moves`: how far the ball moved in x
-/// and y is fitted beside center, radius and decay.
+/// Weighted color errors of a press, with the interface of ceres::TinySolver. If `moves` is true, the
+/// movement of the ball in x and y is fitted in addition to center, radius and decay.
 template <int degree, bool moves>
 class PressErrors {
-  static constexpr int kTerms = (degree + 1) * (degree + 2) / 2 - 1,  // of a polynomial without its constant
-      kParameters = moves ? 6 : 4;
+  // Number of terms of a polynomial in two variables without its constant.
+  static constexpr int kTerms = (degree + 1) * (degree + 2) / 2 - 1, kParameters = moves ? 6 : 4;
   template <class T>
   using Terms = std::array<T, static_cast<std::size_t>(kTerms)>;
   using Colors = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -121,7 +139,7 @@ class PressErrors {
     Eigen::Matrix<double, Eigen::Dynamic, kTerms> terms(rows(), kTerms);
     for (Eigen::Index k = 0; k < rows(); ++k)
       terms.row(k) = root_weights_[k] * Eigen::Matrix<double, 1, kTerms>(terms_at(k, parameters).data());
-    // Of any size: Eigen's code for each fixed one would compile for seconds.
+    // Dynamic size, because Eigen's code for each fixed size would take seconds to compile.
     Eigen::MatrixXd information = terms.transpose() * terms;
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
     const Eigen::LDLT<Eigen::MatrixXd> solver(information);
@@ -132,7 +150,8 @@ class PressErrors {
     auto derivatives =
         Eigen::Matrix<double, Eigen::Dynamic, kParameters>::Map(jacobian, 3 * rows(), kParameters);
     fill_derivatives(parameters, colors, derivatives);
-    for (int c = 0; c < 3; ++c) {  // the color function follows the shape
+    // The coefficients of the color function change with the shape (Kaufman's approximation).
+    for (int c = 0; c < 3; ++c) {
       auto channel = derivatives.middleRows(c * rows(), rows());
       channel -= terms * solver.solve(Eigen::MatrixXd(terms.transpose() * channel));
     }
@@ -145,7 +164,7 @@ class PressErrors {
   double robust_cost(const Parameters& parameters) const {
     return ((1.0 + scaled_squares(parameters)).sqrt() - 1.0).mean();
   }
-  /// 1 - residual / total sum of squares, weighted.
+  /// Returns 1 - residual / total sum of squares, weighted.
   double explained(const Parameters& parameters) const {
     const double total = (root_weights_.asDiagonal() * changes_).squaredNorm() / (kLossScale * kLossScale);
     return total > 0.0 ? 1.0 - (root_weights_.array().square() * scaled_squares(parameters)).sum() / total
@@ -155,7 +174,7 @@ class PressErrors {
  private:
   Eigen::Index rows() const { return static_cast<Eigen::Index>(points_.u_px.size()); }
 
-  /// Squared errors of the points without their weights, in units of the loss's scale.
+  /// Returns the unweighted squared errors of the points, in units of the loss's scale.
   Eigen::ArrayXd scaled_squares(const Parameters& parameters) const {
     Colors errors(rows(), 3);
     (*this)(parameters.data(), errors.data(), nullptr);
@@ -163,7 +182,7 @@ class PressErrors {
            (kLossScale * kLossScale * root_weights_.array().square());
   }
 
-  /// Of the colors by the parameters, for a fixed color function.
+  /// Computes the derivatives of the colors with respect to the parameters, for fixed coefficients.
   template <class Derivatives>
   void fill_derivatives(const double* parameters, const Eigen::Matrix<double, kTerms, 3>& colors,
                         Derivatives& derivatives) const {
@@ -192,7 +211,7 @@ class PressErrors {
       y += points_.rise_y[k] * height;
     }
     Terms<T> terms{};
-    if constexpr (moves) {  // seen in passing from five places
+    if constexpr (moves) {  // A moving ball appears blurred: the mean over five positions.
       for (const double part : {-0.4, -0.2, 0.0, 0.2, 0.4})
         add_terms(0.2,
                   gel_slope<T>(x - part * parameters[4], y - part * parameters[5], ball_px_, radius, decay),
@@ -228,7 +247,7 @@ class PressErrors {
   Colors changes_;
 };
 
-/// From `parameters` (those of PressShape, then the movement), which become those found.
+/// Fits from the values in `parameters` (those of PressShape, then the movement), which receive the result.
 template <int degree, bool moves>
 PressFit fit(const PressPoints& points, double ball_px,
              typename PressErrors<degree, moves>::Parameters& parameters) {

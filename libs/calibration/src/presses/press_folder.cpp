@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxPressesOfABall = 100'000;  // where the search for a free name ends
+constexpr int kMaxPressesOfABall = 100'000;  // The search for a free name ends here.
 constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
 
 void make_folders(const fs::path& path) {
@@ -34,8 +34,8 @@ std::string read_catalog_text(const fs::path& path) {
   return text;
 }
 
-/// Makes the first folder <n>/ that does not exist yet. Creating it is atomic, so two programs never get the
-/// same one.
+/// Creates the first folder <n>/ that does not exist yet. Creating a folder is atomic, so two programs never
+/// get the same one.
 std::string free_name(const fs::path& folder, double diameter_mm) {
   const std::string ball = fmt::format("{:.3f}mm", diameter_mm);
   make_folders(folder / ball);
@@ -72,7 +72,7 @@ void PressFolder::write_background(const cv::Mat3b& background) {
   if (!earlier_.background.empty()) return;
   make_folders(folder_);
   FolderLock lock = lock_.holds() ? std::move(lock_) : FolderLock(folder_);
-  // Neither file was there when this program began.
+  // Neither file existed when this program started.
   if (fs::exists(folder_ / "background.png") || fs::exists(folder_ / "catalog.csv"))
     throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
   write_png(folder_ / "background.png", background);
@@ -105,7 +105,7 @@ std::string PressFolder::add(const CollectedPress& press) {
                                                        fmt::format("{}", diameter_mm_) + "\n");
   } catch (const Error&) {
     std::error_code ignored;
-    fs::remove_all(folder_ / name, ignored);  // made above, by us
+    fs::remove_all(folder_ / name, ignored);  // Created above by this program.
     throw;
   }
   ++added_;

@@ -26,13 +26,13 @@ constexpr std::size_t kMaxLine = 4096, kMaxCatalogBytes = kMaxPresses * kMaxLine
 
 constexpr const char* kBlanks = " \t\r\"";
 
-/// A name from a file must not lead out of the folder.
+/// Says whether a name stays inside the folder; names come from a file that may be forged.
 bool stays_inside(const fs::path& name) {
   return !name.empty() && name.is_relative() &&
          std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-/// The number behind a line's last comma, and nothing else behind it.
+/// Returns the number after the last comma of a line; nothing if anything else is there.
 std::optional<double> diameter_in(const std::string& line) {
   const std::size_t comma = line.rfind(',');
   const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1), kBlanks);
@@ -50,7 +50,8 @@ CalibrationPress parse_line(const std::string& line, const std::string& where) {
   if (!(press.diameter_mm >= kMinDiameterMm && press.diameter_mm <= kMaxDiameterMm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
   press.name = trimmed(line.substr(0, line.rfind(',')), kBlanks);
-  std::replace(press.name.begin(), press.name.end(), '\\', '/');  // of a catalog made on Windows
+  // Catalogs made on Windows contain backslashes.
+  std::replace(press.name.begin(), press.name.end(), '\\', '/');
   if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
   return press;
 }
@@ -66,7 +67,8 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   std::set<std::string> names;
   std::string line;
   std::getline(stream, line);
-  const bool has_semicolons = line.find(';') != std::string::npos;  // of a table program, with decimal commas
+  // As written by a spreadsheet program that uses decimal commas.
+  const bool has_semicolons = line.find(';') != std::string::npos;
   if (diameter_in(line))
     throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
   for (int number = 2; std::getline(stream, line); ++number) {
@@ -112,7 +114,8 @@ std::vector<double> numbers_in(const std::vector<ZipEntry>& entries, const std::
   return values;
 }
 
-/// A camera that gave nothing: one color all over (noise is half a level at the very least).
+/// True for an image of a single color, as from a camera that delivers nothing. The noise of a real image is
+/// at least half a gray level.
 bool is_empty_picture(const cv::Mat3b& bgr) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(bgr, mean, deviation);

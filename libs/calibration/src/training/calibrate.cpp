@@ -1,3 +1,6 @@
+// The steps of a calibration: find the balls, check the coverage of the gel, train a model on all presses,
+// train two models on half of the presses each, and judge these on the other half.
+
 #include "gelslam/calibration/calibrate.hpp"
 
 #include "gelslam/calibration/ball_zones.hpp"

@@ -1,3 +1,8 @@
+// Two helpers of the training (not in the paper): a smooth model of color as a function of slope and place,
+// by which samples are moved over the gel, and the compensation of regression to the mean. The model is
+// fitted to absolute and to relative color changes, and five-fold cross-validation over presses chooses
+// between them.
+
 #include "training/color_field.hpp"
 
 #include <Eigen/Dense>
@@ -28,7 +33,7 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
                                       double pixel_pitch_mm, int wanted) {
   double area = 0.0;
   for (const BallZone& zone : zones) area += 3.1416 * zone.radius_px * zone.radius_px;
-  // Every pixel when there are few; else those whose number, along the picture, falls on the grid.
+  // Uses every pixel if there are few, else every n-th one, counted through all zones.
   const int every = std::max(1, static_cast<int>(area / wanted));
   std::vector<SlopeSample> samples;
   int number = 0;
@@ -53,10 +58,10 @@ namespace {
 constexpr int kSlopeDegree = 4, kPlaceDegree = 4;
 constexpr std::size_t kWantedRows = 30'000;
 constexpr double kTypicalAngleRad = 0.3;
-constexpr double kRidge = 1e-5;  // of a term of degree 1, relative to the samples' own weight
+constexpr double kRidge = 1e-5;  // Ridge of a term of degree 1, relative to the weight of the samples.
 constexpr double kPerDegree = 4.0;
 
-/// x^(k-j) y^j for k from `first` to `last`.
+/// Writes the monomials x^(k-j) y^j for k from `first` to `last`.
 template <int first, int last, class Number>
 void monomials(Number x, Number y, Number* out) {
   Number power_x[last + 1], power_y[last + 1];
@@ -69,7 +74,7 @@ void monomials(Number x, Number y, Number* out) {
     for (int j = 0; j <= k; ++j) *out++ = power_x[k - j] * power_y[j];
 }
 
-/// Angles in units of the typical one, places from -1 to 1.
+/// Writes the terms of both polynomials. Angles are in units of the typical one, places are from -1 to 1.
 void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle, float* slope_out,
            float* place_out) {
   constexpr auto unit = static_cast<float>(1.0 / kTypicalAngleRad);
@@ -82,10 +87,10 @@ constexpr int kSlopeTerms = ColorField::kSlopeTerms, kPlaceTerms = ColorField::k
 static_assert(kSlopeTerms == (kSlopeDegree + 1) * (kSlopeDegree + 2) / 2);
 static_assert(kPlaceTerms == (kPlaceDegree + 1) * (kPlaceDegree + 2) / 2);
 constexpr Eigen::Index kColumns = kSlopeTerms * kPlaceTerms;
-constexpr float kDarkShare = 0.04F;  // keeps shares finite where there is no light
+constexpr float kDarkShare = 0.04F;  // Keeps relative changes finite in dark parts of the image.
 
-/// Some of the presses: features of their samples, the changes in levels (columns 0..2) and as shares (3..5),
-/// and what the normal equations need of them.
+/// The samples of some presses, for cross-validation: their features, the color changes in gray levels
+/// (columns 0 to 2) and relative ones (3 to 5), and their normal equations.
 struct Fold {
   explicit Fold(const std::vector<const SlopeSample*>& samples)
       : features(static_cast<Eigen::Index>(samples.size()), kColumns),
@@ -120,7 +125,8 @@ struct Fold {
   Eigen::MatrixXd information, right;
 };
 
-/// Samples dealt out by their press, so that a fold is left out with all that is peculiar to its presses.
+/// Distributes the samples to folds by their press, so that all samples of a press, which share its errors,
+/// are left out together.
 std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
   const std::size_t every = std::max<std::size_t>(1, samples.size() / kWantedRows);
   std::array<std::vector<const SlopeSample*>, kFolds> split;
@@ -139,13 +145,13 @@ Eigen::VectorXd ridges() {
   return result;
 }
 
-/// Coefficients, one column per channel and kind of change.
+/// Solves for the coefficients, one column per channel and kind of change.
 Eigen::MatrixXd solve(Eigen::MatrixXd information, const Eigen::MatrixXd& right, double rows) {
   information.diagonal() += rows * ridges();
   return information.ldlt().solve(right);
 }
 
-/// Squared errors in levels on the samples of a fold, of both kinds of change.
+/// Returns the squared errors in gray levels on the samples of a fold, for both kinds of change.
 Eigen::Array2d errors_on(const Fold& fold, const Eigen::MatrixXd& solution) {
   const Eigen::MatrixXf left = fold.changes - fold.features * solution.cast<float>();
   return {static_cast<double>(left.leftCols<3>().squaredNorm()),
@@ -185,7 +191,8 @@ std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
   std::array<float, 3> result{};
   for (std::size_t c = 0; c < 3; ++c) {
     const float* coefficient = coefficients_[c].data();
-    std::array<float, kPlaceTerms> sums{};  // one per term of the place: they are added up side by side
+    // One sum per term of the place, so that the compiler can vectorize the additions.
+    std::array<float, kPlaceTerms> sums{};
     for (const float s : slope)
       for (float& sum : sums) sum += s * *coefficient++;
     for (std::size_t p = 0; p < sums.size(); ++p) result[c] += sums[p] * places[p];

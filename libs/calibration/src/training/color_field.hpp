@@ -9,34 +9,35 @@
 
 namespace gelslam::calibration::detail {
 
-/// One pixel whose slope is known.
+/// A pixel of a press with its known slope.
 struct SlopeSample {
-  std::array<float, 3> color{}, flat_color{};  ///< BGR/255 of the press and of the background there
+  std::array<float, 3> color{}, flat_color{};  ///< BGR/255 of the press and of the background at the pixel.
   std::array<float, 2> place{};                ///< u/W, v/H
-  std::array<float, 2> angle_rad{};            ///< of dh/dx, dh/dy
+  std::array<float, 2> angle_rad{};            ///< Slope angles of dh/dx and dh/dy.
   int u_px = 0, v_px = 0, zone = 0;
 };
 
-/// Pixels inside the zones, on a grid just fine enough for about `wanted` in all, zones in turn.
+/// Returns about `wanted` pixels from the zones, distributed evenly.
 std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
                                       double pixel_pitch_mm, int wanted);
 
-/// How color follows slope and place on the whole gel, smoothly: for each channel, the change against the
-/// background is a polynomial in the slope angles (degree 4) whose coefficients are polynomials in the place
-/// (degree 4). Its constant is not 0: gel that is pressed in flat does not look like bare gel. Least squares
-/// with a ridge that grows with the degree. The change is counted in gray levels, or as a share of the
-/// background's light, which a lamp that is weaker in a corner takes from the bare and from the tilted gel
-/// alike: whichever tells more of presses that are left out of the fit.
+/// A smooth model of how the color depends on slope and place over the whole gel. For each channel, the
+/// change against the background is a polynomial of degree 4 in the slope angles, whose coefficients are
+/// polynomials of degree 4 in the place. Its constant term is not 0, because gel that is pressed in flat does
+/// not look like bare gel. It is fitted by least squares with a ridge penalty that grows with the degree. The
+/// change is either absolute (gray levels) or relative to the background's brightness, which models a lamp
+/// that is weaker in a corner for bare and tilted gel alike. Cross-validation over presses decides between
+/// the two.
 class ColorField {
  public:
   static constexpr int kSlopeTerms = 15, kPlaceTerms = 15;  ///< of the two polynomials
 
   explicit ColorField(const std::vector<SlopeSample>& samples);
 
-  /// Color change (BGR) that a slope makes at a place (u/W, v/H), in units of unit().
+  /// Returns the color change (BGR) that a slope causes at a place (u/W, v/H), in units of unit().
   std::array<float, 3> change(const std::array<float, 2>& place, const std::array<float, 2>& angle_rad) const;
 
-  /// What one of the change is where the background's channel (0..1) is `flat`.
+  /// Returns the unit of the change, in 0..1, where the background's channel has the value `flat` (0..1).
   float unit(float flat) const;
 
  private:
@@ -44,22 +45,23 @@ class ColorField {
   std::array<std::array<float, kSlopeTerms * kPlaceTerms>, 3> coefficients_{};
 };
 
-/// Undoes regression to the mean (own). A network trained on noisy colors reads slopes too flat, by a factor
-/// that differs from place to place, and most at the steep end of what it has seen. While training, the
-/// regression of read on true angles is followed for each ninth of the gel and axis, and for steps of
-/// steepness; the angles asked for are stretched until all are 1. Between ninths and steps the stretch is
-/// interpolated.
+/// Compensates regression to the mean (not in the paper). A network that is trained on noisy colors reads
+/// slopes too flat, by a factor that depends on the place and is largest for the steepest slopes in the
+/// training data. During training, the regression of read on true angles is tracked for each ninth of the gel
+/// and axis, and for intervals of steepness. The training targets are stretched until all regressions are 1.
+/// Between ninths and intervals the factor is interpolated.
 class ScaleField {
  public:
   using Pair = std::array<float, 2>;
 
-  /// A reading at `place` (u/W, v/H) whose true angles (rad) are known.
+  /// Records a reading at `place` (u/W, v/H) with known true angles (rad).
   void note(const Pair& place, const Pair& read, const Pair& truth);
 
-  /// After each step: forgets slowly, and stretches a little more where read slopes are still too flat.
+  /// To be called after each training step: lets old readings fade, and adjusts each stretch factor by a
+  /// small step.
   void update();
 
-  /// What to ask the network for, so that it reads `truth`.
+  /// Returns the training target for which the network will read `truth`.
   Pair stretched(const Pair& place, const Pair& truth) const;
 
  private:

@@ -1,3 +1,8 @@
+// Estimates the standard deviation of a gradient model's slopes over the image by two-fold cross-validation
+// (not in the paper). Each half model reads the presses that it was not trained on. A cell's variance is the
+// mean over presses of their mean squared angle error in that cell. The default uncertainty is added as a
+// prior with the weight of kDefaultCount presses.
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -9,7 +14,7 @@
 namespace gelslam {
 namespace {
 
-/// Mean squared error of the angles in each cell, over the pixels of one press; and how many there are.
+/// Sums of squared angle errors in each cell over the pixels of one press, and their number.
 struct CellErrors {
   cv::Mat1d squares{cv::Size(GradientModel::kSigmaColumns, GradientModel::kSigmaRows), 0.0};
   cv::Mat1d count{squares.size(), 0.0};
@@ -24,8 +29,9 @@ struct CellErrors {
   }
 };
 
-constexpr double kMinPressCellPixels = 32;  // fewer of a press are its outline
-// The default counts as this many presses: 0.4 rad at the border would outweigh dozens that were read well.
+constexpr double kMinPressCellPixels = 32;  // Cells with fewer pixels of a press only contain its outline.
+// Number of presses with which the default counts. With more, its 0.4 rad at the image border would outweigh
+// dozens of presses that were read well.
 constexpr double kDefaultCount = 0.02;
 
 }  // namespace
@@ -35,7 +41,8 @@ HalfModels train_halves(const PressSet& set, const std::vector<BallZone>& zones,
   ModelTraining half = training;
   half.steps = std::max(1, training.steps / 2);
   HalfModels halves{{}, zones};
-  // Else balls that alternate would be halves of their own.
+  // Zones are sorted by ball first. If two balls alternate in the set, every second zone would otherwise be
+  // of the same ball.
   std::ranges::stable_sort(halves.zones, {},
                            [&](const BallZone& zone) { return set.presses[zone.press].diameter_mm; });
   for (const std::size_t held_out : {0, 1}) {

@@ -1,3 +1,9 @@
+// Trains the gradient model on presses of balls of known diameter. The recipe is that of the public system
+// (Huang et al., GelSLAM) with the changes listed in docs/algorithms.md (Calibration): L2 loss on the
+// difference of the readings of press and background, samples moved over the gel by a smooth color model
+// (ColorField), and compensation of regression to the mean (ScaleField). Adam minimizes the loss with a
+// cosine schedule of the learning rate.
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,22 +22,26 @@ constexpr std::size_t kBatch = 1024;
 constexpr std::size_t kTile = kNetworkTile;
 constexpr int kWantedTrainingSamples = 250'000;
 constexpr int kStepsPerReport = 20;
-constexpr double kLearningRate = 3e-3;  // of Adam; falls to 0 along a cosine
-constexpr double kMoveShare = 0.5;      // of the samples, moved over the gel as the color field says
-constexpr double kMoveReach = 0.15;     // how far (standard deviation, in widths of the picture)
-constexpr double kLightJitter = 0.01;   // relative, per channel and sample
-constexpr float kColorFactor = 2.0F;    // colors vary by a tenth, places by one; larger factors learn noise
-constexpr double kFlatAnchor =
-    0.02;  // keeps the reading of the background near 0 where only differences count
+constexpr double kLearningRate = 3e-3;  // Initial value for Adam; it falls to 0 along a cosine.
+constexpr double kMoveShare = 0.5;      // Fraction of the samples that are moved to other places of the gel.
+constexpr double kMoveReach = 0.15;     // Standard deviation of that movement, in image widths.
+constexpr double kLightJitter = 0.01;   // Relative standard deviation per channel and sample.
+// Scales colors, which vary by about a tenth, to the range of places, which vary by one. Larger factors learn
+// noise.
+constexpr float kColorFactor = 2.0F;
+// Weight of a loss that keeps the reading of the background near 0, as only differences of readings are
+// trained.
+constexpr double kFlatAnchor = 0.02;
 
-/// The same numbers on every platform, unlike the distributions of <random>.
+/// Random numbers that are the same on every platform, unlike the distributions of <random>.
 class TrainingRandom {
  public:
   explicit TrainingRandom(std::uint64_t seed) : engine_(seed) {}
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
   double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));  // first: operands have no order
+    // Computed first, because the order in which operands are evaluated is not defined.
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());
   }
 
@@ -39,8 +49,8 @@ class TrainingRandom {
   std::mt19937_64 engine_;
 };
 
-/// Inputs as the network sees them while it learns: centered, colors enlarged, which learns faster. In the
-/// finished model this is part of the first layer.
+/// Scaling of the network's inputs during training: centered, with enlarged colors, which speeds up learning.
+/// In the finished model it is contained in the first layer.
 struct InputScaling {
   std::array<float, 5> middle = {0.0F, 0.0F, 0.0F, 0.5F, 0.5F};
   std::array<float, 5> factor = {kColorFactor, kColorFactor, kColorFactor, 1.0F, 1.0F};
@@ -95,7 +105,7 @@ class ModelTrainer {
   }
 
  private:
-  /// `correcting`: regression to the mean is undone, per place and axis.
+  /// `correcting`: compensate regression to the mean (ScaleField).
   void train_step(double rate, bool correcting) {
     GradientModel gradient;
     for (std::size_t done = 0; done < kBatch; done += kTile) {
@@ -128,8 +138,8 @@ class ModelTrainer {
     }
   }
 
-  /// Puts a sample somewhere else on the gel: its color changes as the smooth color field says, and keeps
-  /// what the field does not explain.
+  /// Moves a sample to another place of the gel. Its color changes as the smooth color field predicts; the
+  /// part that the field does not explain is kept.
   void move(SlopeSample& sample) {
     const int u = std::clamp(
                   sample.u_px + static_cast<int>(kMoveReach * random_.normal() * set_.background.cols), 0,
@@ -151,8 +161,8 @@ class ModelTrainer {
     sample.place = place;
   }
 
-  /// The sample's angles with its circle where the network sees it: a circle's own error shifts all its
-  /// angles, and would make slopes look read too flat.
+  /// Returns the sample's true angles after shifting its circle to where the network sees it. An error of the
+  /// circle shifts all angles of a press, which would bias the regression toward too flat slopes.
   std::array<float, 2> recentered_angle_rad(const SlopeSample& sample, const std::array<float, 2>& read) {
     constexpr float follow = 0.005F;
     std::array<float, 2>& shift = zone_shift_rad_[static_cast<std::size_t>(sample.zone)];
@@ -199,7 +209,8 @@ class ModelTrainer {
   std::array<SlopeSample, kTile> tile_;
   std::array<bool, kTile> moved_{};
   ScaleField scale_;
-  std::vector<std::array<float, 2>> zone_shift_rad_;  ///< as the network sees it
+  /// For each zone, the mean difference between the network's readings and the labels.
+  std::vector<std::array<float, 2>> zone_shift_rad_;
   NetworkTile touched_, untouched_;
   NetworkTile::Values<2> d_touched_{}, d_untouched_{};
   std::array<std::size_t, kTile> chosen_{};

@@ -36,7 +36,7 @@ std::vector<viewer::ActionRow> press_rows(bool has_camera) {
   };
 }
 
-/// What has no meaning while the camera is shown.
+/// Says whether an action changes the current press and therefore has no effect while the camera is shown.
 bool changes_press(Action action) {
   using enum Action;
   for (const Action a : {accept, leave_out, left, right, up, down, wider, narrower, next})
@@ -55,7 +55,7 @@ PressControls::PressControls(LabelSession& session, bool has_camera)
 viewer::ButtonLook PressControls::button(const viewer::ActionRow& row) const {
   viewer::ButtonLook look = Controls::button(row);
   if (row.action == Action::accept) look.ink = viewer::theme::kGreen;
-  if (row.action == Action::screenshot) look.shown = false;  // a key is enough here
+  if (row.action == Action::screenshot) look.shown = false;  // A key suffices for this action.
   if (shows_camera_ && changes_press(row.action)) look.shown = false;
   return look;
 }

@@ -10,19 +10,19 @@
 
 namespace gelslam::calibration::detail {
 
-/// What keys, buttons and the mouse do to a session of labels. Positions are pixels of the press's picture.
-/// With a camera its picture comes behind the last press. Closing saves first; where that fails the window
-/// stays, and closing once more leaves.
+/// Handles keys, buttons and the mouse in a session of labels. Positions are pixels of the press's image. If
+/// there is a camera, its image comes after the last press. Closing saves first. If saving fails, the window
+/// stays open; closing a second time leaves without saving.
 class PressControls : public viewer::Controls {
  public:
   PressControls(LabelSession& session, bool has_camera);
 
-  /// A drag takes the rim where it begins within `reach_px` of it, else the center.
+  /// A drag changes the radius if it begins within `reach_px` of the rim, else it moves the center.
   void begin_drag(double u_px, double v_px, double reach_px);
   void drag_to(double u_px, double v_px);
   void end_drag() { drag_.reset(); }
   void nudge(double du_px, double dv_px, double dradius_px);
-  void show(std::size_t label);  ///< behind the last one: the camera, if there is one
+  void show(std::size_t label);  ///< An index after the last press shows the camera, if there is one.
 
   bool shows_camera() const { return shows_camera_; }
   bool drags_rim() const { return drag_ && drag_->rim; }
@@ -35,8 +35,8 @@ class PressControls : public viewer::Controls {
  private:
   struct Drag {
     bool rim = false;
-    double u_px = 0.0, v_px = 0.0;  ///< where it began
-    ContactCircle circle;           ///< as it was then
+    double u_px = 0.0, v_px = 0.0;  ///< Where the drag began.
+    ContactCircle circle;           ///< Circle at the beginning of the drag.
   };
 
   void act_on_press(viewer::Action action);
@@ -47,7 +47,7 @@ class PressControls : public viewer::Controls {
   const bool has_camera_;
   bool shows_camera_;
   std::optional<Drag> drag_;
-  bool leaves_unsaved_ = false;  ///< the last thing done was a close that could not save
+  bool leaves_unsaved_ = false;  ///< True after an attempt to close that could not save.
 };
 
 }  // namespace gelslam::calibration::detail

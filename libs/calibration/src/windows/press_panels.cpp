@@ -72,7 +72,7 @@ void add_paragraph(Ui& ui, Face face, Color color, const std::string& text, doub
   ui.gap(gap);
 }
 
-/// How deep a ball reaches below the undeformed gel if it touches it up to this circle, at least.
+/// Returns the least depth of a ball below the undeformed gel for which it touches the gel up to this circle.
 double depth_mm(double contact_mm, double diameter_mm) {
   const double ball_mm = 0.5 * diameter_mm;
   return ball_mm - std::sqrt(std::max(0.0, ball_mm * ball_mm - contact_mm * contact_mm));

@@ -24,7 +24,7 @@ void PressWindow::run_and_save() {
     run();
   } catch (const std::exception& error) {
     try {
-      session_.save();  // what was decided outlives a window that fails
+      session_.save();  // Saves the decisions even if the window fails.
     } catch (const Error& unsaved) {
       throw Error(std::string(error.what()) + "; and " + unsaved.what());
     }

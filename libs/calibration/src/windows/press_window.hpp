@@ -8,11 +8,11 @@
 
 namespace gelslam::calibration::detail {
 
-/// Where the parts of the window lie; parts for which there is no room are empty.
+/// Positions of the window's parts. Parts for which there is no room are empty.
 struct PressLayout {
   viewer::Box head, view, side, strip, bar;
-  viewer::Box picture;    ///< of the press or the camera, in the view
-  float enlargement = 1;  ///< window pixels per pixel of the picture
+  viewer::Box picture;    ///< Area of the image of the press or camera, within `view`.
+  float enlargement = 1;  ///< Window pixels per image pixel.
 
   float x_of(double u_px) const { return picture.x + static_cast<float>(u_px + 0.5) * enlargement; }
   float y_of(double v_px) const { return picture.y + static_cast<float>(v_px + 0.5) * enlargement; }
@@ -20,13 +20,13 @@ struct PressLayout {
   double v_of(float y) const { return static_cast<double>((y - picture.y) / enlargement) - 0.5; }
 };
 
-/// The window of `gelslam calibrate collect`, frame by frame.
+/// The window of `gelslam calibrate collect`.
 class PressWindow : public viewer::WindowLoop {
  public:
   PressWindow(LabelSession& session, CollectWatch* camera, const PressWindowOptions& options);
   ~PressWindow() override { host().make_current(); }
 
-  /// Until it is closed; saves at the end. Throws Error when something stays unsaved.
+  /// Runs the window until it is closed, and then saves. Throws Error when something remains unsaved.
   void run_and_save();
   PressControls& controls() override { return controls_; }
   const PressLayout& layout() const { return layout_; }
@@ -50,22 +50,22 @@ class PressWindow : public viewer::WindowLoop {
   PressControls controls_;
   CollectView live_;
   viewer::Texture texture_;
-  std::optional<std::size_t> shown_;  ///< press of the texture
+  std::optional<std::size_t> shown_;  ///< Index of the press whose image is in the texture.
   bool end_asked_ = false;
   PressLayout layout_;
 };
 
-// Its panels.
+// The window's panels.
 PressLayout lay_out_presses(const viewer::Ui& ui, const cv::Size& picture);
 void draw_press(viewer::Ui& ui, const PressLayout& layout, const LabelSession& session,
                 const viewer::Texture& picture, bool rim_is_held);
 void draw_press_side(viewer::Ui& ui, const viewer::Box& side, const LabelSession& session,
                      double pixel_pitch_mm);
-/// The picture, and in each ninth of it what is missing there, or else what was taken.
+/// Draws the camera's image, and in each ninth of it how many presses are missing or were taken.
 void draw_camera(viewer::Ui& ui, const PressLayout& layout, const CollectView& view,
                  const viewer::Texture& picture);
 void draw_camera_side(viewer::Ui& ui, const viewer::Box& side, const CollectView& view);
-/// One mark per press, and one for the camera; the one that was clicked.
+/// Draws a mark for each press and one for the camera. Returns the one that was clicked.
 std::optional<std::size_t> draw_strip(viewer::Ui& ui, const PressLayout& layout, const LabelSession& session,
                                       bool has_camera, bool shows_camera);
 

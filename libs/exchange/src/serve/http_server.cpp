@@ -25,8 +25,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr rlim_t kMaxClients = 64;
-constexpr std::size_t kMaxRequests = 10'000;  // of one connection
-constexpr std::size_t kMaxBytes = 16 * 1024;  // of one request
+constexpr std::size_t kMaxRequests = 10'000;  // Limit for one connection.
+constexpr std::size_t kMaxBytes = 16 * 1024;  // Limit for one request.
 constexpr std::size_t kBytesAtOnce = 65'536;
 constexpr std::chrono::seconds kTimeToTake{5}, kTimeOfAnswer{30}, kTimeToEnd{3}, kTimeToAskAgain{1},
     kTimeToLeave{1};
@@ -36,7 +36,7 @@ std::string random_token() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
 }
 
-/// Descriptors that clients may take: the rest is for files.
+/// Returns how many file descriptors clients may use; the rest is for files.
 std::ptrdiff_t most_clients() {
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
@@ -49,8 +49,8 @@ bool wait_for(int socket, short what, Clock::time_point until) {
   return ::poll(&waiting, 1, static_cast<int>(std::max<std::int64_t>(left, 0))) > 0;
 }
 
-/// One request and its answer. httplib's own stream waits for the next byte of a request, as often as one
-/// comes, and httplib keeps a line of any length.
+/// One request and its answer. It replaces httplib's own stream, which waits for the next byte of a request
+/// as long as bytes keep coming, and stores lines of any length.
 class RequestStream final : public httplib::Stream {
  public:
   explicit RequestStream(int client) : socket_(client) {}
@@ -80,7 +80,7 @@ class RequestStream final : public httplib::Stream {
   std::size_t bytes_left_ = kMaxBytes;
 };
 
-/// A connection, with a thread of its own.
+/// A connection with its own thread.
 struct Client {
   static constexpr Clock::time_point kIsAnswered = Clock::time_point::max();
 
@@ -96,21 +96,21 @@ struct Client {
   std::jthread thread;
 };
 
-/// httplib's, but that a client who does not ask keeps nobody out.
+/// httplib's server, changed so that idle clients cannot keep others out.
 class Server : public httplib::Server {
  public:
   explicit Server(std::atomic<std::int64_t>& dropped) : dropped_(dropped) {
     new_task_queue = [] { return new AtOnce; };
   }
 
-  /// httplib lets five connections wait, and Linux the others a second and more.
+  /// By default httplib lets only five connections wait, and Linux delays further ones by a second or more.
   void let_many_wait() { ::listen(svr_sock_, SOMAXCONN); }
   bool answers() const {
     const std::lock_guard lock(mutex_);
     return std::ranges::any_of(
         clients_, [](const auto& client) { return client->asks_since.load() == Client::kIsAnswered; });
   }
-  /// After the end of listening.
+  /// To be called after listening has ended.
   void hang_up() {
     {
       const std::lock_guard lock(mutex_);
@@ -125,7 +125,7 @@ class Server : public httplib::Server {
     void shutdown() override {}
   };
 
-  /// Who has not asked for the longest time makes room.
+  /// If there are too many clients, the one that has been idle for the longest time is dropped.
   bool process_and_close_socket(socket_t socket) override {
     auto client = std::make_unique<Client>(socket);
     std::unique_lock lock(mutex_);
@@ -145,7 +145,7 @@ class Server : public httplib::Server {
     }
     try {
       client->thread = std::jthread([this, one = client.get()] { serve(*one); });
-    } catch (const std::system_error&) {  // no thread is to be had
+    } catch (const std::system_error&) {  // No thread could be created.
       return ++dropped_, false;
     }
     clients_.push_back(std::move(client));
@@ -169,7 +169,7 @@ class Server : public httplib::Server {
     client_left_.notify_one();
   }
 
-  /// Newer versions want the addresses, too.
+  /// Newer versions of httplib require the addresses, too.
   template <typename Stream>
   bool answer(Stream& stream, bool is_last, bool& is_closed,
               const std::function<void(httplib::Request&)>& asked) {
@@ -186,7 +186,7 @@ class Server : public httplib::Server {
   std::list<std::unique_ptr<Client>> clients_;
 };
 
-/// Takes as long wherever the texts differ.
+/// Compares texts in a time that does not depend on where they differ.
 bool is_equal(const std::string& a, const std::string& b) {
   unsigned char difference = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
@@ -208,7 +208,7 @@ class TokenServer final : public HttpServer {
     });
   }
 
-  /// What is being sent goes on for a while: httplib would cut it off.
+  /// Lets answers in progress be sent for a while, which httplib would cut off.
   ~TokenServer() override {
     const auto wait_while = [](const auto& lasts) {
       while (lasts()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -226,7 +226,8 @@ class TokenServer final : public HttpServer {
     server_.set_tcp_nodelay(true);
     server_.set_keep_alive_timeout(kTimeToAskAgain.count());
     server_.set_keep_alive_max_count(kMaxRequests);
-    server_.set_socket_options([](socket_t socket) {  // httplib's own let two programs listen at one port
+    // httplib's default would allow two programs to listen at the same port.
+    server_.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     });
@@ -235,9 +236,10 @@ class TokenServer final : public HttpServer {
                                  {"Cross-Origin-Resource-Policy", "same-origin"},
                                  {"Referrer-Policy", "no-referrer"},
                                  {"X-Content-Type-Options", "nosniff"}});
-    // Before httplib reads a body: it would wait for that of a POST that says nothing of one.
+    // Done before httplib reads a body, because it would wait for the body of a POST without a length.
     server_.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      const_cast<httplib::Request&>(request).ranges.clear();  // httplib sends parts as if they were the whole
+      // httplib would send partial answers as if they were complete.
+      const_cast<httplib::Request&>(request).ranges.clear();
       send(reply_to(request), response);
       return httplib::Server::HandlerResponse::Handled;
     });
@@ -274,7 +276,8 @@ class TokenServer final : public HttpServer {
 
   void send(HttpReply reply, httplib::Response& response) {
     response.status = reply.status;
-    if (is_ending()) return response.set_content(reply.body, reply.type);  // no provider is asked any more
+    // Providers are not called any more.
+    if (is_ending()) return response.set_content(reply.body, reply.type);
     if (reply.chunks) {
       response.set_chunked_content_provider(
           reply.type, [this, chunks = std::move(reply.chunks)](std::size_t, httplib::DataSink& sink) {
@@ -284,7 +287,7 @@ class TokenServer final : public HttpServer {
           });
       return;
     }
-    // Not set_content(): it copies, and compresses.
+    // set_content() would copy and compress.
     const auto body = std::make_shared<const std::string>(std::move(reply.body));
     response.set_content_provider(body->size(), reply.type,
                                   [this, body, until = Clock::now() + kTimeOfAnswer](
@@ -293,7 +296,8 @@ class TokenServer final : public HttpServer {
                                   });
   }
 
-  /// httplib drops a client that takes nothing for a while; this also one that takes too little.
+  /// Sends bytes to a client. httplib drops clients that accept nothing for a while; this also drops those
+  /// that accept too little.
   bool write(std::string_view bytes, httplib::DataSink& sink, Clock::time_point until) {
     while (!bytes.empty()) {
       const std::size_t count = std::min(kBytesAtOnce, bytes.size());
@@ -319,7 +323,7 @@ class TokenServer final : public HttpServer {
 
 std::unique_ptr<HttpServer> listen_http(const std::string& host, int port, const std::string& token,
                                         std::map<std::string, HttpHandler> handlers) {
-  const auto on_broken_pipe = std::signal(SIGPIPE, SIG_DFL);  // httplib changes it
+  const auto on_broken_pipe = std::signal(SIGPIPE, SIG_DFL);  // Restores the handler that httplib changes.
   auto server = std::make_unique<TokenServer>(host, port, token, std::move(handlers));
   std::signal(SIGPIPE, on_broken_pipe);
   return server;

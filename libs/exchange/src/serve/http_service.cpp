@@ -33,7 +33,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kVerticesAtOnce = 60'000;  // 2 MB
 constexpr std::chrono::seconds kTimeToFinish{1}, kTimeToTell{10};
-constexpr std::chrono::seconds kPageIsOpen{4};  // since it last looked
+// A page counts as open for this long after its last request.
+constexpr std::chrono::seconds kPageIsOpen{4};
 
 struct Address {
   std::string host = "127.0.0.1";
@@ -56,7 +57,7 @@ Address parse_address(const std::string& text) {
   return address;
 }
 
-/// Of this machine, as browsers on others name them.
+/// Returns the addresses of this computer as browsers on other computers name them.
 std::vector<std::string> own_addresses(int family) {
   std::vector<std::string> names;
   ifaddrs* first = nullptr;
@@ -67,7 +68,8 @@ std::vector<std::string> own_addresses(int family) {
     if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != family) continue;
     ::getnameinfo(at->ifa_addr, family == AF_INET ? sizeof(sockaddr_in) : sizeof(sockaddr_in6), name,
                   sizeof name, nullptr, 0, NI_NUMERICHOST);
-    if (!std::string_view(name).starts_with("fe80:")) names.emplace_back(name);  // needs an interface, too
+    // Such addresses are usable only together with an interface.
+    if (!std::string_view(name).starts_with("fe80:")) names.emplace_back(name);
   }
   return names;
 }
@@ -79,7 +81,7 @@ std::vector<std::string> shown_hosts(const std::string& host) {
 }
 
 void check_token(const std::string& token, const std::string& host) {
-  constexpr std::size_t kMinLetters = 8;  // 47 bits
+  constexpr std::size_t kMinLetters = 8;  // Corresponds to 47 bits.
   const bool is_local = host.starts_with("127.") || host == "::1" || host == "localhost";
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
   if (!std::all_of(token.begin(), token.end(), fits))
@@ -96,7 +98,7 @@ HttpReply json_reply(const Json& json) {
           .body = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"};
 }
 
-/// At low priority. "": there is none.
+/// Encodes the whole mesh at low priority; "" if there is none.
 std::string mesh_file(const MeshFeed& feed, bool as_glb) {
   const auto make = [&] {
     lower_thread_priority();
@@ -110,7 +112,7 @@ class ScanService final : public HttpService {
  public:
   ScanService(const ServeOptions& options, const Address& address, LineFeed& lines, const MeshFeed* mesh)
       : has_tum_(options.tum), lines_(lines), mesh_(mesh) {
-    const std::lock_guard lock(mutex_);  // the first client may be there before the server is known here
+    const std::lock_guard lock(mutex_);  // The first client may connect before server_ is set.
     server_ = listen_http(address.host, address.port, options.token, handlers());
     for (const std::string& host : shown_hosts(address.host))
       urls.push_back(fmt::format("http://{}:{}/?token={}",
@@ -163,7 +165,7 @@ class ScanService final : public HttpService {
     scan_ = std::move(scan);
   }
 
-  /// The newest state.
+  /// Returns the newest state of the scan.
   Json look() {
     const std::lock_guard lock(mutex_);
     if (scan_.status) {
@@ -190,27 +192,29 @@ class ScanService final : public HttpService {
     const StreamOptions options{name == "tum", query.contains("surface"), query.contains("images")};
     const std::shared_ptr<void> counted(nullptr, [this](void*) { --readers_; });
     ++readers_;
-    if (options.images) lower_thread_priority();  // of this client's thread, which may encode pictures
+    // Lowers the priority of this client's thread, which may encode images.
+    if (options.images) lower_thread_priority();
     return {.type = options.tum ? "text/plain" : "application/x-ndjson",
             .chunks = [reader = lines_.open(options), counted] {
               return reader->next(Clock::now() + std::chrono::seconds(1));
             }};
   }
 
-  /// For the page, in one answer: the state, and what has changed in the mesh.
+  /// Returns in one answer for the page: the state, and what has changed in the mesh.
   HttpReply changes(const HttpQuery& query) {
     const auto asked = [&](const char* name) {
       const auto found = query.find(name);
       return found == query.end() ? "" : found->second;
     };
-    // Browsers let the timers of hidden pages wait for up to a minute, but not their requests.
+    // Browsers delay the timers of hidden pages by up to a minute, but not their requests.
     const bool knows_end = asked("phase") == "finished";
     if (asked("hidden") == "1" && !knows_end) std::this_thread::sleep_for(std::chrono::seconds(1));
     const std::string text = asked("since");
     std::uint64_t since = 0;
     std::from_chars(text.data(), text.data() + text.size(), since);
     MeshFeed::Changes changes;
-    Json json = look();  // before the mesh: what is finished has its last one
+    // Read before the mesh, so that the state `finished` is sent together with the last mesh.
+    Json json = look();
     if (mesh_ != nullptr) changes = mesh_->since(since, kVerticesAtOnce);
     const std::lock_guard lock(mutex_);
     const Clock::time_point now = Clock::now();
@@ -236,7 +240,8 @@ class ScanService final : public HttpService {
     return {.type = "image/jpeg", .body = jpeg_};
   }
 
-  /// Files are large, and made one at a time: of those who wait, one makes the next one for all.
+  /// Files are large and are encoded one at a time; if several clients wait, one of them encodes the next
+  /// file for all.
   HttpReply mesh_reply(bool as_glb) {
     if (mesh_ == nullptr) return refuse(404, "no surface is made here");
     const auto newest = [this] { return mesh_->since(0, 0).newest; };
@@ -265,14 +270,15 @@ class ScanService final : public HttpService {
   const MeshFeed* mesh_;
   std::atomic<int> readers_{0};
   std::mutex files_mutex_;
-  std::pair<std::uint64_t, std::string> files_[2];  // PLY, GLB; of this version of the mesh
+  // PLY and GLB, each with the version of the mesh that it contains.
+  std::pair<std::uint64_t, std::string> files_[2];
 
   struct Page {
-    Clock::time_point seen;                  // when it last looked
-    bool told;                               // the end, with the last mesh: it says so itself
-    std::shared_ptr<const MapSnapshot> map;  // sent last; null: none
+    Clock::time_point seen;  // Time of its last request.
+    bool told;               // True if the page has confirmed that it has the end, with the last mesh.
+    std::shared_ptr<const MapSnapshot> map;  // Map that was sent last; may be null.
   };
-  std::mutex mutex_;  // for what follows
+  std::mutex mutex_;  // Protects the members below.
   std::map<std::string, Page> pages_;
   WatchedScan scan_;
   Json last_ = {

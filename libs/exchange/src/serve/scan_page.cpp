@@ -29,7 +29,7 @@ void append(std::string& bytes, const std::vector<T>& numbers) {
   bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T));
 }
 
-/// Of each keyframe its trial and where it is.
+/// Returns the trial and position of each placed keyframe.
 Json path_of(const MapSnapshot& map) {
   Json points = Json::array();
   for (const MapSnapshot::Node& node : map.nodes) {

@@ -20,13 +20,14 @@ namespace {
 using namespace detail;
 
 using Clock = std::chrono::steady_clock;
-constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
+constexpr int kWaitSliceMs = 100;  // stop() takes effect within this time.
 constexpr auto kRetryPause = std::chrono::milliseconds(50), kReturnPause = std::chrono::milliseconds(200);
-constexpr auto kOldest = std::chrono::seconds(1);  // a frame that arrives later has a wrong time
-constexpr double kFasterThanNamed = 1.1;           // what a camera may be, of its rate
-constexpr std::int64_t kClockStepUs = 100'000;     // what is less may be a clock that is drawn near
+constexpr auto kOldest = std::chrono::seconds(1);  // A frame with a longer age has a wrong time stamp.
+constexpr double kFasterThanNamed = 1.1;  // A camera may be faster than its nominal rate by this factor.
+// A smaller change may come from a clock that is being adjusted slowly.
+constexpr std::int64_t kClockStepUs = 100'000;
 
-constexpr std::uint32_t kBuffersAsked = 4;  // enough for a delay of 160 ms at 25 Hz
+constexpr std::uint32_t kBuffersAsked = 4;  // Enough for a delay of 160 ms at 25 Hz.
 constexpr auto kPauseWhenNotReady = std::chrono::milliseconds(5);
 
 v4l2_buffer empty_buffer(std::uint32_t index) {
@@ -37,7 +38,7 @@ v4l2_buffer empty_buffer(std::uint32_t index) {
   return buffer;
 }
 
-/// steady_clock is that clock on Linux.
+/// On Linux, steady_clock is the monotonic clock of the driver.
 std::optional<Clock::time_point> monotonic_time(const v4l2_buffer& buffer) {
   const bool monotonic = (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   const bool given = buffer.timestamp.tv_sec != 0 || buffer.timestamp.tv_usec != 0;
@@ -46,18 +47,18 @@ std::optional<Clock::time_point> monotonic_time(const v4l2_buffer& buffer) {
   return Clock::time_point(seconds(buffer.timestamp.tv_sec) + microseconds(buffer.timestamp.tv_usec));
 }
 
-/// A frame as it came out of the driver's queue.
+/// A frame as it comes from the driver's queue.
 struct CapturedFrame {
   std::vector<std::uint8_t> bytes;
   std::uint32_t sequence = 0;
-  /// By the driver, of the monotonic clock; nothing where it has another one.
+  /// Time stamp of the driver on the monotonic clock; nothing if it uses another clock.
   std::optional<Clock::time_point> captured;
   Clock::time_point arrived;
 };
 
 enum class Capture { frame, nothing_yet, damaged };
 
-/// The driver's buffers, mapped and streaming while this lives.
+/// The driver's buffers, mapped and streaming during the lifetime of this object.
 class CaptureStream {
  public:
   /// Throws Error when the driver gives no buffers or does not start.
@@ -82,14 +83,14 @@ class CaptureStream {
   CaptureStream(const CaptureStream&) = delete;
   CaptureStream& operator=(const CaptureStream&) = delete;
 
-  /// Waits up to `wait_ms`. Damaged: marked so by the driver, or empty. Throws CameraFailure when the camera
-  /// is gone.
+  /// Waits up to `wait_ms` for a frame. `damaged` means marked so by the driver, or empty. Throws
+  /// CameraFailure when the camera is gone.
   Capture take(int wait_ms, CapturedFrame& frame) {
     pollfd waiting{node_.fd(), POLLIN, 0};
     const int ready = node_.system().poll(&waiting, 1, wait_ms);
     if (ready == 0) return Capture::nothing_yet;
     if (ready < 0 && errno != EINTR) throw node_.failure("wait for a frame", errno);
-    // Whatever poll says, the queue knows best: an unplugged camera answers with ENODEV here.
+    // The queue decides, whatever poll() says: for an unplugged camera this call returns ENODEV.
     v4l2_buffer buffer = empty_buffer(0);
     if (const int code = node_.call(VIDIOC_DQBUF, &buffer); code != 0) {
       if (code != EAGAIN) throw node_.failure("get a frame", code);
@@ -132,7 +133,8 @@ class CaptureStream {
     v4l2_requestbuffers none{};
     none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     none.memory = V4L2_MEMORY_MMAP;
-    node_.call(VIDIOC_REQBUFS, &none);  // frees them, so that the next one to open gets its own
+    // Frees the buffers, so that the next program to open the camera gets its own.
+    node_.call(VIDIOC_REQBUFS, &none);
     buffers_.clear();
   }
 
@@ -162,13 +164,14 @@ CameraInfo capture_identity(const VideoNode& node) {
     throw Error(node.path() + ": carries only metadata of " + identity.name +
                 (beside.empty() ? "; see gelslam devices" : "; its pictures are at " + beside));
   }
-  // A virtual camera becomes a capture node when somebody feeds it, so this may pass.
+  // A virtual camera becomes a capture node when a program feeds it, so this problem may pass.
   throw CameraFailure(node.path() + ": gives no pictures (" + identity.name + " is no camera now)", EAGAIN);
 }
 
-/// A camera that streams, as long as it is there.
+/// A streaming camera, as long as it is connected.
 struct OpenCamera {
-  /// `as_before`: the settings when it was opened first; null: now, after automatics have found theirs.
+  /// `as_before` are the settings of the first opening; if null, they are read after the automatic controls
+  /// have settled.
   OpenCamera(const CameraOptions& options, const std::string& path, const VideoSystem& system,
              const std::vector<CameraSetting>* as_before)
       : node(system, path),
@@ -179,8 +182,8 @@ struct OpenCamera {
     controls = hold_controls(node, options.controls, as_before ? *as_before : read_controls(node));
   }
 
-  /// Lets automatic exposure and white balance find their values, which are then held. Those frames are not
-  /// kept.
+  /// Lets automatic exposure and white balance settle; their values are then locked. The frames received
+  /// meanwhile are dropped.
   void settle(const CameraOptions& options) {
     const Clock::time_point start = Clock::now();
     CapturedFrame ignored;
@@ -210,7 +213,8 @@ class V4l2Camera final : public CameraSource {
     for (const std::string& warning : {wrong_sensor_warning(), format_.warning, open_->controls.warning})
       append_sentence(opening_warning_, warning);
     if (!opening_warning_.empty()) opening_warning_ = path + ": " + opening_warning_;
-    options_.gives_up = nullptr;  // whom it asks may be gone when frames are read
+    // The object that it refers to may not exist any more when frames are read.
+    options_.gives_up = nullptr;
   }
 
   std::optional<RawFrame> next() override {
@@ -272,8 +276,8 @@ class V4l2Camera final : public CameraSource {
     return std::nullopt;
   }
 
-  /// Lost for now: it is closed, so that it may get the same node again. Throws Error once that takes too
-  /// long.
+  /// Handles a camera that is lost temporarily. It is closed, so that it can get the same node again. Throws
+  /// Error when it is away for too long.
   void wait_for_return(const Error& error) {
     open_.reset();
     if (!is_away_.exchange(true)) {
@@ -307,7 +311,7 @@ class V4l2Camera final : public CameraSource {
         damaged_here > 0 ? fmt::format(" ({} damaged ones)", damaged_here) : "");
   }
 
-  /// An uncompressed picture that ends early would keep the last one's rows.
+  /// In an uncompressed image that ends early, the missing rows would be those of the previous image.
   bool is_short() const {
     const std::size_t rows = static_cast<std::size_t>(options_.height_px);
     return open_->format.row_bytes > 0 &&
@@ -326,7 +330,7 @@ class V4l2Camera final : public CameraSource {
     bytes.resize(row_length() * static_cast<std::size_t>(options_.height_px));
   }
 
-  /// Of the driver, which counts from anew when the camera comes back.
+  /// Returns the increase of the driver's frame counter, which starts again when the camera is reconnected.
   std::uint32_t sequence_step() {
     if (is_away_)
       return std::max(1u, static_cast<std::uint32_t>(std::lround(disconnected_s_now() * format_.rate_hz)));
@@ -340,7 +344,7 @@ class V4l2Camera final : public CameraSource {
     close_row_gaps();
     const std::uint32_t step = sequence_step();
     const double time_s = time_of_frame();
-    // Else the driver counts from anew, or not at all, or more than can have been.
+    // Otherwise the driver has restarted its counter, does not count, or the number is larger than possible.
     const bool plausible =
         step >= 1 && static_cast<double>(delivered_ + lost_ + step) <=
                          1 + 2 * kBuffersAsked + kFasterThanNamed * format_.rate_hz * time_s;
@@ -370,7 +374,8 @@ class V4l2Camera final : public CameraSource {
     return frame;
   }
 
-  /// The system's clock is asked once: one that is set meanwhile would tear the times apart.
+  /// The offset of the system's clock is read once. Otherwise, setting the clock during a recording would
+  /// cause a jump of the times.
   void follow_clock(Clock::time_point captured) {
     const std::int64_t offset_us = system_.unix_offset_us();
     if (delivered_ == 0)
@@ -380,14 +385,15 @@ class V4l2Camera final : public CameraSource {
     last_offset_us_ = offset_us;
   }
 
-  /// By the driver's clock, as far as its stamps go forward and not ahead of what arrives; else by when the
-  /// frame arrived. Whatever a stamp says, later times do not depend on it.
+  /// Returns the time of a frame by the driver's clock if its time stamps increase and are not later than the
+  /// arrival; otherwise by the arrival. A wrong time stamp does not affect later times.
   double time_of_frame() {
     const auto& [stamp, arrived] = std::tie(captured_.captured, captured_.arrived);
     Clock::time_point time = stamp ? *stamp + stamp_offset_ : arrived;
     const bool doubtful = delivered_ == 0 || time <= last_time_ || time > arrived + kOldest;
     if (doubtful) time = arrived;
-    if (doubtful && stamps_doubtful_ && stamp) stamp_offset_ = time - *stamp;  // the clock, not one stamp
+    // Two doubtful stamps in a row mean that the clock was changed.
+    if (doubtful && stamps_doubtful_ && stamp) stamp_offset_ = time - *stamp;
     stamps_doubtful_ = doubtful;
     if (delivered_ == 0) first_time_ = last_time_ = time;
     last_time_ = std::max(time, last_time_);
@@ -396,23 +402,24 @@ class V4l2Camera final : public CameraSource {
 
   CameraOptions options_;
   const VideoSystem& system_;
-  std::unique_ptr<OpenCamera> open_;  // null while the camera is away
-  // As it was opened first.
+  std::unique_ptr<OpenCamera> open_;  // Null while the camera is disconnected.
+  // Properties at the first opening.
   const CameraInfo identity_;
   const CaptureFormat format_;
   const std::vector<CameraSetting> settings_;
   const std::string path_;
   std::string opening_warning_, why_away_;
-  std::vector<std::string> others_;         // cameras of its name that were there when it was lost
-  std::atomic<bool> is_away_ = false;       // until a frame comes
-  std::atomic<double> disconnected_s_ = 0;  // all together
+  std::vector<std::string> others_;         // Cameras of the same name that were present when it was lost.
+  std::atomic<bool> is_away_ = false;       // True until a frame arrives again.
+  std::atomic<double> disconnected_s_ = 0;  // Total time of all interruptions.
   int reconnects_ = 0;
 
   CapturedFrame captured_;
   std::int64_t delivered_ = 0, sequence_ = 0;
   std::uint32_t last_sequence_ = 0;
   Clock::time_point last_arrival_, first_time_, last_time_;
-  Clock::duration stamp_offset_{};  // of the driver's clock, which may be another one or be set
+  // Offset of the driver's clock, which may be another clock or may be set.
+  Clock::duration stamp_offset_{};
   bool stamps_doubtful_ = true;
   std::int64_t start_unix_us_ = 0, last_offset_us_ = 0;
   std::atomic<std::int64_t> clock_step_us_ = 0;
@@ -421,8 +428,8 @@ class V4l2Camera final : public CameraSource {
   std::atomic<bool> stopped_ = false;
 };
 
-/// A camera that another program has just left, or a virtual one that is just being fed, says so for a
-/// moment.
+/// Says whether the failure may be temporary: a camera that another program has just closed, or a virtual one
+/// that is just starting, reports such errors for a moment.
 bool may_pass(const CameraFailure& failure) {
   return failure.code == EBUSY || failure.code == EINVAL || failure.code == EAGAIN;
 }
@@ -435,7 +442,7 @@ std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const de
     give_up_if_asked(options);
     try {
       auto camera = std::make_unique<V4l2Camera>(options, path, system);
-      give_up_if_asked(options);  // at the last moment
+      give_up_if_asked(options);  // Checked once more before success.
       return camera;
     } catch (const CameraFailure& failure) {
       if (!may_pass(failure) || seconds_since(start) > options.patience_s) throw;

@@ -11,9 +11,9 @@
 namespace gelslam::detail {
 namespace {
 
-constexpr int kMaxControls = 256;  // a broken driver's list need not end
+constexpr int kMaxControls = 256;  // The list of a faulty driver may be endless.
 
-/// A control that follows the picture, the value that turns it off, and what it then no longer moves.
+/// An automatic control, the value that turns it off, and the controls that it changes while it is on.
 struct Automatic {
   std::uint32_t id;
   std::int32_t off;
@@ -21,7 +21,7 @@ struct Automatic {
 };
 constexpr std::array<Automatic, 7> kAutomatics{{
     {V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CID_EXPOSURE}},
-    {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, {0, 0}},  // may lower the rate to expose longer
+    {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, {0, 0}},  // It may lower the frame rate for a longer exposure.
     {V4L2_CID_AUTO_WHITE_BALANCE, 0, {V4L2_CID_WHITE_BALANCE_TEMPERATURE, 0}},
     {V4L2_CID_AUTOGAIN, 0, {V4L2_CID_GAIN, 0}},
     {V4L2_CID_FOCUS_AUTO, 0, {V4L2_CID_FOCUS_ABSOLUTE, 0}},
@@ -35,7 +35,7 @@ struct Control {
   std::int32_t minimum = 0, maximum = 0;
 };
 
-/// "Exposure Time, Absolute" to "exposure_time_absolute", as v4l2-ctl does.
+/// Converts "Exposure Time, Absolute" to "exposure_time_absolute", as v4l2-ctl does.
 std::string control_name(const std::string& title) {
   std::string name;
   for (const char c : title) {

@@ -68,7 +68,7 @@ CameraInfo look_at(const std::string& path, const VideoSystem& system) {
       info.settings = read_controls(node);
     }
   } catch (const CameraFailure& failure) {
-    info.problem = std::string(failure.what()).substr(path.size() + 2);  // without "path: "
+    info.problem = std::string(failure.what()).substr(path.size() + 2);  // Without the prefix "path: ".
   }
   info.in_use_by = system.held_by(path);
   return info;

@@ -12,7 +12,7 @@ namespace gelslam {
 namespace detail {
 namespace {
 
-/// "MJPG" of V4L2_PIX_FMT_MJPEG; characters that cannot be printed become '?'.
+/// Returns "MJPG" for V4L2_PIX_FMT_MJPEG; characters that cannot be printed become '?'.
 std::string fourcc_text(std::uint32_t fourcc) {
   std::string text;
   for (int i = 0; i < 4; ++i, fourcc >>= 8) {
@@ -22,7 +22,7 @@ std::string fourcc_text(std::uint32_t fourcc) {
   return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-// A driver's lists end by themselves; a broken one's need not.
+// The lists of a faulty driver may be endless.
 constexpr std::uint32_t kMaxFormats = 64, kMaxSizes = 128, kMaxRates = 64;
 constexpr std::size_t kMaxModesInWords = 12;
 
@@ -45,7 +45,7 @@ std::vector<double> rates_of(const VideoNode& node, std::uint32_t format, std::u
       continue;
     }
     rates = {rate_of(interval.stepwise.min),
-             rate_of(interval.stepwise.max)};  // the shortest interval is the fastest
+             rate_of(interval.stepwise.max)};  // The shortest interval is the highest rate.
     break;
   }
   std::erase_if(rates, [](double rate) { return !(rate > 0); });
@@ -91,7 +91,7 @@ std::vector<CameraMode> camera_modes(const VideoNode& node) {
 
 namespace {
 
-/// For people: "MJPG 3280x2464 at 25 Hz; YUYV 640x480 at 30, 15 Hz", or "no formats".
+/// Returns a text for the user: "MJPG 3280x2464 at 25 Hz; YUYV 640x480 at 30, 15 Hz", or "no formats".
 std::string modes_text(const std::vector<CameraMode>& modes) {
   if (modes.empty()) return "no formats";
   std::string text;
@@ -106,7 +106,7 @@ std::string format_text(std::uint32_t fourcc, std::uint32_t width, std::uint32_t
   return fourcc_text(fourcc) + " " + size_text(width, height);
 }
 
-/// JPEG and MJPG are two names for the same pictures.
+/// JPEG and MJPG are two names for the same format.
 bool same_pictures(std::uint32_t asked, std::uint32_t granted) {
   return asked == granted || (asked == V4L2_PIX_FMT_MJPEG && granted == V4L2_PIX_FMT_JPEG);
 }
@@ -141,7 +141,7 @@ v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) 
 
 std::string hertz(double rate_hz) { return fmt::format("{:g} Hz", std::round(rate_hz * 100) / 100); }
 
-/// Hz, or 0 where the driver does not say.
+/// Returns the granted rate in Hz, or 0 if the driver does not say.
 double set_rate(const VideoNode& node, double rate_hz) {
   v4l2_streamparm parameters{};
   parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;

@@ -11,7 +11,7 @@
 namespace gelslam::detail {
 namespace {
 
-/// Which input pixels an output pixel averages along one axis, with weights that add up to 1.
+/// Input pixels that an output pixel averages along one axis, with weights that sum to 1.
 struct Footprint {
   int first = 0;
   std::vector<float> weights;
@@ -46,7 +46,7 @@ void average_rows(const cv::Mat3b& image, const Footprint& rows, std::vector<flo
 void average_columns(const std::vector<float>& row, const std::vector<Footprint>& columns,
                      cv::Vec3b* output) {
   for (std::size_t u = 0; u < columns.size(); ++u) {
-    float blue = 0.5f, green = 0.5f, red = 0.5f;  // to round by cutting off
+    float blue = 0.5f, green = 0.5f, red = 0.5f;  // Offset so that truncation rounds.
     const float* pixel = row.data() + 3 * columns[u].first;
     for (const float weight : columns[u].weights) {
       blue += weight * pixel[0];
@@ -58,7 +58,8 @@ void average_columns(const std::vector<float>& row, const std::vector<Footprint>
   }
 }
 
-/// Larger than the profile's pictures and of about their shape: whole, or cropped already.
+/// True for an image larger than the profile's and of about its aspect ratio, which may be cropped already or
+/// not.
 bool may_be_enlarged(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
   const double shape = (static_cast<double>(width_px) * profile.height_px) /
                        (static_cast<double>(height_px) * profile.width_px);
@@ -68,7 +69,7 @@ bool may_be_enlarged(std::int64_t width_px, std::int64_t height_px, const Sensor
 }  // namespace
 
 bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px) {
-  // Each side first: their product could overflow.
+  // Each side is checked first, because the product could overflow.
   return width_px <= kMaxPicturePixels && height_px <= kMaxPicturePixels &&
          width_px * height_px <= kMaxPicturePixels;
 }

@@ -18,12 +18,12 @@ std::string name_of(const RawFrame& frame) {
   return frame.name.empty() ? "frame " + std::to_string(frame.index) : frame.name;
 }
 
-/// Why a frame is left out.
+/// Exception for a frame that is left out, with the reason.
 struct Damaged {
   std::string why;
 };
 
-/// What is announced and what the header says must agree: a broken header may claim any size.
+/// Compares the announced size with that in the header, because a broken header may claim any size.
 void check_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) {
   const bool announced = frame.width_px > 0 && frame.height_px > 0;
   if (announced && (frame.width_px != width_px || frame.height_px != height_px))
@@ -33,8 +33,8 @@ void check_size(const RawFrame& frame, std::int64_t width_px, std::int64_t heigh
     throw Damaged{size_text(width_px, height_px) + " pixels are more than any touch sensor has"};
 }
 
-/// True when no pixel's channels differ by more than two gray levels: a picture without color, from which no
-/// slope can be read. Video compression leaves a level or two of false color.
+/// True when the channels of no pixel differ by more than two gray levels. Such an image has no color from
+/// which slopes can be read. Video compression causes false color of one or two levels.
 bool is_gray(const cv::Mat3b& image) {
   for (int v = 0; v < image.rows; ++v) {
     const cv::Vec3b* row = image[v];
@@ -54,7 +54,7 @@ struct FrameDecoder::Impl {
       throw Error(name_of(frame) + ": " + detail::wrong_size_text(width_px, height_px, *profile));
   }
 
-  /// By how much a JPEG may be shrunk while it is decoded.
+  /// Returns the factor by which a JPEG may be reduced while it is decoded.
   int denominator_of(cv::Size raw) const {
     if (!profile) return 1;
     const cv::Rect window = detail::kept_window(raw, *profile);
@@ -65,7 +65,7 @@ struct FrameDecoder::Impl {
     return denominator;
   }
 
-  /// The window is that of the raw image, whatever scale it was decoded at.
+  /// Crops and resizes. The window refers to the raw image, whatever scale it was decoded at.
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
     const cv::Size size = profile ? cv::Size(profile->width_px, profile->height_px) : raw;
     if (picture.size() == size && raw == size) return picture.clone();
@@ -125,8 +125,8 @@ struct FrameDecoder::Impl {
     return decode_plain(frame, frame.encoding == FrameEncoding::bgr ? 3 : 2);
   }
 
-  /// Counts copies to the bit, which no camera makes, and finds the longest time in which nothing new was
-  /// seen.
+  /// Counts images that are exact copies of the previous one, which no camera produces, and finds the longest
+  /// time without any change.
   void compare_with_last(const cv::Mat3b& picture, const RawFrame& frame) {
     const bool is_copy = last.size() == picture.size() &&
                          std::memcmp(last.data, picture.data, picture.total() * picture.elemSize()) == 0;
@@ -140,14 +140,15 @@ struct FrameDecoder::Impl {
     first_moving = name_of(frame);
   }
 
-  std::optional<SensorProfile> profile;  ///< none: pictures keep their size
+  std::optional<SensorProfile> profile;  ///< If empty, images keep their size.
   JpegDecoder jpeg{};
-  cv::Mat3b decoded{};  // kept, so that no frame allocates
+  cv::Mat3b decoded{};  // Kept, so that no memory is allocated for each frame.
   std::string damage{}, first_damage{};
   std::int64_t good = 0, left_out = 0;
-  cv::Mat3b last{};                           // good one
-  double changed_s = 0, longest_still_s = 0;  // when pictures last changed; how long they did not
-  std::string first_moving{};                 // after the longest time without change
+  cv::Mat3b last{};  // The last good image.
+  // Time of the last change, and the longest time without change.
+  double changed_s = 0, longest_still_s = 0;
+  std::string first_moving{};  // First frame after the longest time without change.
   std::int64_t copies = 0;
 };
 
@@ -186,7 +187,7 @@ std::string FrameDecoder::warning() const {
     append_sentence(text,
                     std::to_string(i.copies) + " of " + std::to_string(i.good) +
                         " pictures are copies of the one before; did the recording program repeat them?");
-  // A log of few pictures a second has such steps everywhere.
+  // In a log with few images per second, such intervals are normal.
   const double usual_s = i.good > 1 ? i.changed_s / static_cast<double>(i.good - 1) : 0;
   if (i.longest_still_s >= std::max(1.0, 5 * usual_s))
     append_sentence(text, "nothing new was seen for " + short_number(i.longest_still_s, 2) + " s before " +
@@ -198,7 +199,8 @@ FrameSource::FrameSource(std::shared_ptr<RawFrameSource> raw, std::string name, 
     : raw_(std::move(raw)), name_(std::move(name)), decoder_(profile) {}
 
 std::optional<TactileImage> FrameSource::next() {
-  constexpr std::int64_t patience = 10;  // where nothing but damage comes, the log is the wrong one
+  // If a log begins with this many damaged images, it is probably not a log.
+  constexpr std::int64_t patience = 10;
   while (std::optional<RawFrame> frame = raw_->next()) {
     if (frame->name.empty()) frame->name = name_ + ", frame " + std::to_string(frame->index);
     if (std::optional<TactileImage> image = decoder_.decode(*frame)) return image;

@@ -23,15 +23,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The pictures of a folder in their order, and when they were taken.
+/// The images of a folder in order, with their times.
 struct Series {
   std::vector<fs::path> images;
-  std::string order = {};                ///< what that was taken from, for people
-  std::vector<std::int64_t> times_us{};  ///< from their names; empty: these are no times
-  bool is_unix = false;                  ///< since 1970
-  std::vector<std::int64_t> numbers{};   ///< of the frames, from 0, with gaps where names leave some out
+  std::string order = {};                ///< What the order was taken from, for the user.
+  std::vector<std::int64_t> times_us{};  ///< Times from the names; empty if the names contain none.
+  bool is_unix = false;                  ///< True if the times count from 1970.
+  /// Frame numbers from 0, with gaps if numbers in the names are missing.
+  std::vector<std::int64_t> numbers{};
   double rate_hz = 0;
-  std::string warning = {};  ///< for people
+  std::string warning = {};  ///< A sentence for the user, or "".
 
   double time_s(std::size_t i) const {
     return times_us.empty() ? static_cast<double>(numbers[i]) / rate_hz
@@ -43,23 +44,25 @@ struct Series {
   }
 };
 
-/// A picture of a folder, and the number or time that its name states.
+/// An image of a folder, with the number or time in its name.
 struct Entry {
   fs::path image;
-  std::int64_t value = 0;   ///< the number, or the time in us
-  std::string digits = {};  ///< those behind the decimal point; for a hexadecimal number all digits
+  std::int64_t value = 0;   ///< The number, or the time in µs.
+  std::string digits = {};  ///< Digits after the decimal point; all digits of a hexadecimal number.
 };
 using Entries = std::vector<Entry>;
 
-/// A way to name pictures: a prefix, and a number or a time. In a series all prefixes are equal except for
-/// their digits.
+/// A scheme of file names: a prefix, and a number or a time. Within a series the prefixes are equal except
+/// for their digits.
 struct Naming {
   enum class Kind { number, hexadecimal, time, unix_time };
   std::string words;
   Kind kind;
-  std::regex form;  ///< of a name without its ending; the first group is the prefix, the last one the digits
-  std::int64_t (*value)(const std::smatch& parts);  ///< negative if the name does not state one
-  bool (*fits)(const Entries& entries);  ///< whether the pictures of a series may be named like this
+  /// Form of a name without its extension; the first group is the prefix, the last one the digits.
+  std::regex form;
+  /// Returns the value, or a negative number if the name contains none.
+  std::int64_t (*value)(const std::smatch& parts);
+  bool (*fits)(const Entries& entries);  ///< Says whether the images of a series may be named in this way.
 
   bool is_time() const { return kind == Kind::time || kind == Kind::unix_time; }
 };
@@ -70,10 +73,10 @@ std::int64_t number(const std::string& digits, int base = 10) {
   return digits.empty() ? 0 : std::stoll(digits, nullptr, base);
 }
 
-/// Returns the microseconds that the digits behind a decimal point mean.
+/// Converts the digits after a decimal point to microseconds.
 std::int64_t fraction_us(const std::string& digits) { return number((digits + "000000").substr(0, 6)); }
 
-/// Returns -1 for a time before 2001, which no log has.
+/// Returns -1 for a time before 2001, as no log is older.
 std::int64_t of_this_century(std::int64_t unix_us) {
   constexpr std::int64_t kFirstUs = 1'000'000'000 * kSecondUs;  // 2001
   return unix_us >= kFirstUs && unix_us < kMaxUnixUs ? unix_us : -1;
@@ -93,8 +96,8 @@ bool have_as_many_digits(const Entries& entries) {
       entries, [&](const Entry& entry) { return entry.digits.size() == entries.front().digits.size(); });
 }
 
-/// Says whether names are seconds as programs print them: all with as many digits behind the point, or all
-/// without zeros at the end.
+/// Says whether the names are seconds as programs print them: all with the same number of digits after the
+/// point, or none with trailing zeros.
 bool are_decimals(const Entries& entries) {
   const auto has_point = [](const Entry& entry) { return !entry.digits.empty(); };
   const auto ends_in_zero = [](const Entry& p) { return p.digits.size() > 1 && p.digits.ends_with('0'); };
@@ -102,9 +105,9 @@ bool are_decimals(const Entries& entries) {
          (have_as_many_digits(entries) || std::ranges::none_of(entries, ends_in_zero));
 }
 
-/// Says whether names are hexadecimal numbers rather than decimal ones. Numbers that are padded with zeros
-/// all have the same length. Without padding the test is how many numbers are missing: decimal numbers that
-/// are read as hexadecimal ones leave out six of sixteen, and a counter may leave out at most a fifth.
+/// Says whether the names are hexadecimal rather than decimal numbers. Numbers padded with zeros all have the
+/// same length. Without padding, the test is how many numbers are missing: decimal numbers read as
+/// hexadecimal ones skip six of sixteen, while a counter may skip at most a fifth.
 bool are_hexadecimal(const Entries& entries) {
   const auto padded = [](const Entry& p) { return p.digits.size() > 1 && p.digits.starts_with('0'); };
   const auto [first, last] = std::ranges::minmax(entries, {}, &Entry::value);
@@ -135,7 +138,7 @@ const std::vector<Naming>& namings() {
          return of_this_century(number((parts[2].str() + "000").substr(0, 16)));
        },
        always},
-      {"the date and time", Kind::time,  // of a clock that may be anywhere
+      {"the date and time", Kind::time,  // The time zone of the clock is not known.
        std::regex(
            R"((|.*?[^0-9])([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})[-_ T]?([0-9]{2})[-_:.]?)"
            R"(([0-9]{2})[-_:.]?([0-9]{2})(?:[-_.,]?([0-9]{3}|[0-9]{6}|[0-9]{9}))?(?:Z|[-+][0-9]{2}[:][0-9]{2})?)"),
@@ -199,8 +202,9 @@ bool increases(const std::vector<std::int64_t>& values) {
   return std::ranges::adjacent_find(values, std::greater_equal<>()) == values.end();
 }
 
-/// Returns frame numbers from 0. Where most numbers in names differ by the same step and the others by
-/// several such steps, a recorder left some frames out, and so do these. Otherwise they leave out none.
+/// Returns frame numbers from 0. If most numbers in the names differ by the same step, and the others by a
+/// multiple of it, the recorder left out frames, and the numbers have the same gaps. Otherwise they have
+/// none.
 std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) {
   std::vector<std::int64_t> numbers(named.size());
   std::iota(numbers.begin(), numbers.end(), 0);
@@ -213,8 +217,8 @@ std::vector<std::int64_t> frame_numbers(const std::vector<std::int64_t>& named) 
   return numbers;
 }
 
-/// Returns a warning if a clock seems to have been set back, and otherwise "". Then pictures of two times
-/// mix: two steps together make the usual one.
+/// Returns a warning if a clock seems to have been set back during the recording, else "". Images of two
+/// times are then interleaved, and two steps together make the usual one.
 std::string warning_of(const std::vector<std::int64_t>& unix_us, std::int64_t usual_us,
                        const std::vector<fs::path>& images) {
   constexpr int kFewestMixed = 6;
@@ -229,9 +233,9 @@ std::string warning_of(const std::vector<std::int64_t>& unix_us, std::int64_t us
   return "";
 }
 
-/// Throws Error where the names are those of several logs, or of one log in two formats: left_1.png and
-/// right_1.png, 1.png and 1.jpg. Returns what is to be said of single pictures of other names, which are left
-/// out; of the names of `images`, `most` are of one series.
+/// Throws Error if the names belong to several logs, or to one log in two formats: left_1.png and
+/// right_1.png, 1.png and 1.jpg. Returns a warning about single images with other names, which are left out.
+/// `most` are those of `images` that form one series.
 std::string others_than(const Entries& most, const fs::path& folder, const std::vector<fs::path>& images) {
   std::set<std::string> stems;
   std::set<fs::path> of_most;
@@ -247,7 +251,8 @@ std::string others_than(const Entries& most, const fs::path& folder, const std::
     others.push_back(name);
   }
   if (others.empty()) return "";
-  constexpr std::size_t kMaxSensors = 4;  // more series are names of another kind
+  // More series than this are another naming scheme, and not several sensors.
+  constexpr std::size_t kMaxSensors = 4;
   const auto several = [](const auto& names) { return names.second.size() > 1; };
   const std::size_t count = series.size() + (most.empty() ? 0 : 1);
   if (count > 1 && count <= kMaxSensors && std::ranges::all_of(series, several))

@@ -28,7 +28,7 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// BMP says its size in its header (the height is negative where rows run downward).
+/// A BMP has its size in its header (the height is negative if rows run downward).
 void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
   std::int32_t size[2];
   if (bytes.size() < 26) return;

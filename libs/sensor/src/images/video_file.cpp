@@ -28,13 +28,13 @@ extern "C" {
 namespace gelslam::detail {
 namespace {
 
-/// Names of libav's readers for files that hold their pictures themselves.
+/// Names of libav's readers for files that contain their images.
 constexpr const char* kContainers =
     "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,mpegvideo,asf,flv,ogg,nut,mxf,ivf,gif,mjpeg,"
     "h264,hevc,yuv4mpegpipe";
 
-/// What is wrong with a file is said by our errors. libav's level is that of the process: as it was,
-/// afterwards.
+/// Silences libav, because errors are reported by this program. libav's log level belongs to the whole
+/// process, so it is restored afterwards.
 class Quiet {
  public:
   Quiet() {
@@ -60,7 +60,7 @@ std::string tag_of(const AVDictionary* tags, const char* name) {
   return entry == nullptr ? "" : std::string(entry->value).substr(0, kLargestTextBytes);
 }
 
-/// bgr for what is to be decoded here.
+/// Returns bgr for videos that are decoded here.
 FrameEncoding encoding_of(const AVCodecParameters& codec) {
   if (codec.codec_id == AV_CODEC_ID_MJPEG) return FrameEncoding::jpeg;
   if (codec.codec_id == AV_CODEC_ID_PNG) return FrameEncoding::png;
@@ -69,7 +69,7 @@ FrameEncoding encoding_of(const AVCodecParameters& codec) {
 }
 
 std::optional<std::int64_t> plausible_frames(double frames) {
-  constexpr double most = 1e9;  // a header may claim anything
+  constexpr double most = 1e9;  // A header may claim any number.
   if (!(frames >= 1 && frames < most)) return std::nullopt;
   return static_cast<std::int64_t>(frames);
 }
@@ -77,20 +77,22 @@ std::optional<std::int64_t> plausible_frames(double frames) {
 std::optional<std::int64_t> sequence_of(const AVPacket& packet) {
   std::size_t size = 0;
   const std::uint8_t* data = av_packet_get_side_data(&packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &size);
-  if (data == nullptr || size != 16) return std::nullopt;  // eight bytes of id before ours
+  // Eight bytes of an id precede the sequence number.
+  if (data == nullptr || size != 16) return std::nullopt;
   std::uint64_t sequence = 0;
   for (std::size_t i = 8; i < 16; ++i) sequence = sequence << 8 | data[i];
   constexpr std::uint64_t most = std::uint64_t{1} << 53;
   return sequence < most ? std::optional(static_cast<std::int64_t>(sequence)) : std::nullopt;
 }
 
-/// A tool that cuts a log copies it, right or wrong: taken from LogWriter only.
+/// Used only for files of LogWriter, because a tool that cuts a log copies this tag, right or wrong.
 std::int64_t start_of(const AVDictionary* tags) {
   const std::int64_t unix_us = std::atoll(tag_of(tags, kStartTag).c_str());
   return unix_us > 0 && unix_us < kMaxUnixUs ? unix_us : 0;
 }
 
-/// Clockwise, by which a player turns the pictures; nothing where it also does something else with them.
+/// Returns the number of quarter turns, clockwise, by which players rotate the images; nothing if they
+/// transform them in any other way.
 std::optional<int> quarter_turns(const AVStream& stream) {
   const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
   if (data == nullptr) return 0;
@@ -112,11 +114,12 @@ struct VideoFile::Av {
   AVFrame* frame = av_frame_alloc();
   AVFrame* bgr = av_frame_alloc();
   SwsContext* scaler = nullptr;
-  int format = AV_PIX_FMT_NONE, colors = AVCOL_SPC_UNSPECIFIED;  // that the scaler reads
-  int turns = 0;                                                 // quarters, clockwise
+  int format = AV_PIX_FMT_NONE, colors = AVCOL_SPC_UNSPECIFIED;  // Input format of the scaler.
+  int turns = 0;                                                 // Quarter turns, clockwise.
   std::int64_t sent = 0, received = 0;
-  bool is_predicted = false;         // pictures may depend on others
-  bool is_reference_broken = false;  // since a damaged picture there was none that depends on no other
+  bool is_predicted = false;  // True if images may depend on others.
+  // True if, since a damaged image, there was none that depends on no other image.
+  bool is_reference_broken = false;
 
   Av() = default;
   Av(const Av&) = delete;
@@ -132,12 +135,12 @@ struct VideoFile::Av {
   }
 
   bool open(const std::filesystem::path& path, const char* only_format) {
-    // A frame cut off by the end of a truncated file must not reach us half gray. Playlists, which lead to
-    // other files, and text, which would be drawn as pictures, are no videos.
+    // A frame cut off by the end of a truncated file must not be delivered partly gray. Playlists, which
+    // refer to other files, and text, which would be drawn as images, are not accepted as videos.
     AVDictionary* options = nullptr;
     av_dict_set(&options, "fflags", "discardcorrupt", 0);
     av_dict_set(&options, "format_whitelist", only_format ? only_format : kContainers, 0);
-    // With its protocol, so that no part of the name is taken for one.
+    // The protocol is given, so that no part of the name is taken for one.
     const std::string url = "file:" + std::filesystem::absolute(path).string();
     const AVInputFormat* only = only_format == nullptr ? nullptr : av_find_input_format(only_format);
     const bool is_open = avformat_open_input(&file, url.c_str(), only, &options) >= 0;
@@ -150,15 +153,16 @@ struct VideoFile::Av {
     codec = avcodec_alloc_context3(decoder);
     if (decoder == nullptr || codec == nullptr) return false;
     codec->max_pixels = kMaxPicturePixels;
-    codec->thread_count = 0;               // as many as there are cores
-    codec->thread_type = FF_THREAD_SLICE;  // threads of pictures complain between our calls: Quiet
+    codec->thread_count = 0;  // As many threads as cores.
+    // With a thread per image, messages would appear outside our calls, where they are not silenced (Quiet).
+    codec->thread_type = FF_THREAD_SLICE;
     const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
     is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
     return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
            avcodec_open2(codec, decoder, nullptr) >= 0;
   }
 
-  /// The next packet of the video; false at the end.
+  /// Reads the next packet of the video; returns false at the end.
   bool read() {
     do {
       av_packet_unref(packet);
@@ -167,8 +171,8 @@ struct VideoFile::Av {
     return true;
   }
 
-  /// Reads packets until the decoder gives a frame, or fails to (then `frame` has no pixels); at the end of
-  /// the file those that it has kept. False once there are no more.
+  /// Reads packets until the decoder returns a frame or fails to (then `frame` has no pixels); at the end of
+  /// the file it returns the frames that the decoder still holds. Returns false when there are no more.
   bool receive() {
     for (;;) {
       int result = avcodec_receive_frame(codec, frame);
@@ -182,14 +186,15 @@ struct VideoFile::Av {
       }
       if (result < 0) {
         av_frame_unref(frame);
-        if (received >= sent) return false;  // no more complaints than packets
+        if (received >= sent) return false;  // There must not be more failures than packets.
       }
       ++received;
       return true;
     }
   }
 
-  /// Judges what receive() gave. A picture that is predicted from a damaged one is damaged as well.
+  /// Says whether the frame of receive() is complete. An image that is predicted from a damaged one counts as
+  /// damaged, too.
   bool is_whole() {
     const bool whole = frame->data[0] != nullptr && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0 &&
                        frame->decode_error_flags == 0;
@@ -200,9 +205,9 @@ struct VideoFile::Av {
     return whole && !is_reference_broken;
   }
 
-  /// Into libav's own memory: its fast paths write beyond the end of a row.
+  /// Converts into memory allocated by libav, whose fast code writes beyond the end of a row.
   bool convert() {
-    // (sws_getCachedContext() makes a new one for each frame of the formats of JPEG, which it renames.)
+    // sws_getCachedContext() would create a new scaler for each frame of the JPEG formats, which it renames.
     if (scaler == nullptr || bgr->width != frame->width || bgr->height != frame->height ||
         format != frame->format || colors != frame->colorspace) {
       sws_freeContext(scaler);
@@ -221,7 +226,7 @@ struct VideoFile::Av {
            sws_scale(scaler, frame->data, frame->linesize, 0, frame->height, bgr->data, bgr->linesize) > 0;
   }
 
-  /// Which luma and chroma the numbers are (BT.601, where the file does not say it), and how far they reach.
+  /// Sets the matrix and the range of luma and chroma (BT.601 if the file does not specify them).
   void obey_color_tags() {
     int *from = nullptr, *to = nullptr, from_full = 0, to_full = 0, brightness = 0, contrast = 0,
         saturation = 0;
@@ -238,8 +243,8 @@ struct VideoFile::Av {
     return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
   }
 
-  /// Pictures that a complete index leads to, before any is read: an AVI lists none for a dropped frame, and
-  /// the edit list of an MP4 may leave some out. 0: there is no index.
+  /// Returns the number of images in a complete index before any is read; 0 if there is no index. An AVI
+  /// contains no image for a dropped frame, and the edit list of an MP4 may leave some out.
   std::int64_t indexed_frames(int track) const {
     std::int64_t frames = 0;
     int count = 0;
@@ -249,7 +254,7 @@ struct VideoFile::Av {
     return frames;
   }
 
-  /// Nullptr where there is none.
+  /// Returns nullptr if there is none.
   AVStream* video(int track, int& count) const {
     AVStream* found = nullptr;
     for (AVStream* one : std::span(file->streams, file->nb_streams))
@@ -273,7 +278,8 @@ VideoFile::VideoFile(const std::filesystem::path& path, const char* format, int 
     properties_.frames = std::min(*properties_.frames, indexed);
   check_picture_size(path, properties_.width_px, properties_.height_px);
   const bool decodes = properties_.encoding == FrameEncoding::bgr;
-  if (matroska && !decodes) av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;  // as they are
+  // Packets are delivered unchanged.
+  if (matroska && !decodes) av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;
   if (matroska && decodes && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
   if (decodes && !av_->open_decoder()) throw unreadable;
 }
@@ -308,7 +314,7 @@ void VideoFile::find_video(bool is_matroska, int track) {
     p.duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
   p.duration_s = std::max(p.duration_s, 0.0);
   if (p.ours) p.start_unix_us = start_of(av_->file->metadata);
-  // LogWriter's own note; a tool that cuts a log copies it, right or wrong.
+  // The number written by LogWriter. A tool that cuts a log copies it, right or wrong.
   p.frames_are_counted = p.ours || (!is_matroska && av_->stream->nb_frames > 0);
   p.frames = plausible_frames(p.ours ? std::atof(tag_of(av_->file->metadata, kFramesTag).c_str())
                               : p.frames_are_counted ? static_cast<double>(av_->stream->nb_frames)
@@ -328,13 +334,13 @@ std::optional<VideoFile::Packet> VideoFile::next_as_it_is() {
   result.frame.width_px = properties_.width_px;
   result.frame.height_px = properties_.height_px;
   result.frame.bytes.assign(packet.data, packet.data + packet.size);
-  // A track that is described as in AVI files (PNG) has its times as those of decoding.
+  // A PNG track is described as in AVI files, and libav then reports its times as decoding times.
   result.time_us = av_->microseconds(packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts);
   result.sequence = sequence_of(packet);
   return result;
 }
 
-/// A damaged picture has no time: a decoder of several threads complains late.
+/// A damaged image has no time, because a decoder with several threads reports errors late.
 std::optional<VideoFile::Packet> VideoFile::next_decoded() {
   if (!av_->receive()) return std::nullopt;
   Packet result;

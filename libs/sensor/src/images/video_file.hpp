@@ -9,37 +9,37 @@
 
 namespace gelslam::detail {
 
-/// A video or a single picture of any format that libav reads, which bounds what a header may claim and finds
-/// the next picture after damage. JPEG, PNG and YUYV pictures are handed on as they are, others decoded.
+/// A video or a single image in any format that libav reads. It limits what a header may claim, and continues
+/// with the next image after damage. JPEG, PNG and YUYV images are delivered unchanged, others are decoded.
 class VideoFile {
  public:
-  /// `format`: libav's name of the only format to take, or null for any. `track`: which of several videos,
-  /// from 1 (0: the first). Throws Error when the file cannot be read, its pictures are larger than any touch
-  /// sensor's, or it is a log of two sensors, as older versions made.
+  /// `format` is libav's name of the only format to accept, or null for any. `track` selects one of several
+  /// videos, from 1 (0: the first). Throws Error when the file cannot be read, when its images are larger
+  /// than those of any tactile sensor, or when it is a log of two sensors, as older versions wrote.
   explicit VideoFile(const std::filesystem::path& path, const char* format = nullptr, int track = 0);
   ~VideoFile();
 
   struct Properties {
-    FrameEncoding encoding = FrameEncoding::bgr;  ///< bgr: decoded here
+    FrameEncoding encoding = FrameEncoding::bgr;  ///< bgr: decoded by this class.
     int width_px = 0, height_px = 0;
-    double rate_hz = 0;                  ///< 0: not said
-    double duration_s = 0;               ///< 0: not said
-    std::optional<std::int64_t> frames;  ///< as the header says it, or by duration and rate
-    bool frames_are_counted = false;     ///< the header says it
-    int tracks = 0;                      ///< videos in the file
-    bool ours = false;                   ///< written by LogWriter
-    std::int64_t start_unix_us = 0;      ///< when its time 0 was; 0: not said
+    double rate_hz = 0;                  ///< 0: not specified.
+    double duration_s = 0;               ///< 0: not specified.
+    std::optional<std::int64_t> frames;  ///< According to the header, or to duration and rate.
+    bool frames_are_counted = false;     ///< True if the header specifies it.
+    int tracks = 0;                      ///< Number of videos in the file.
+    bool ours = false;                   ///< True if written by LogWriter.
+    std::int64_t start_unix_us = 0;      ///< Unix time of the video's time 0; 0: not specified.
   };
   const Properties& properties() const { return properties_; }
 
   struct Packet {
-    RawFrame frame;  ///< encoding, bytes, size, damage
+    RawFrame frame;  ///< Only encoding, bytes, size and damage are set.
     std::optional<std::int64_t> time_us{};
     std::optional<std::int64_t> sequence{};
   };
-  /// The next picture, or why it cannot be decoded; nothing at the end of what is readable.
+  /// Returns the next image, or why it cannot be decoded; nothing at the end of the readable part.
   std::optional<Packet> next();
-  /// Throws Error on one that is too large.
+  /// Throws Error for an attachment that is too large.
   LogAttachments attachments() const;
 
  private:

@@ -21,7 +21,7 @@ struct LogRecorder::Impl {
     thread = std::thread([this] { run(); });
   }
 
-  /// One frame may always wait, however large.
+  /// One frame may always wait, whatever its size.
   bool has_room(const RawFrame& frame) const {
     return queue.size() == 0 || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
   }
@@ -46,7 +46,7 @@ struct LogRecorder::Impl {
 
   void run() {
     while (const auto frame = queue.pop()) {
-      if (status.stopped) continue;  // only this thread sets it
+      if (status.stopped) continue;  // Only this thread sets it.
       const std::string failure = write(**frame);
       {
         const std::lock_guard lock(mutex);
@@ -63,7 +63,7 @@ struct LogRecorder::Impl {
     if (!writer->failure().empty()) give_up(writer->failure());
   }
 
-  /// "" or why nothing more can be recorded.
+  /// Returns "" or why nothing more can be recorded.
   std::string write(const RawFrame& frame) {
     try {
       if (options.keep_free_bytes > 0 && free_bytes() < options.keep_free_bytes)
@@ -72,8 +72,8 @@ struct LogRecorder::Impl {
       if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
       const std::optional<RawFrame> small = resized(frame);
       return !small || writer->write(*small) ? "" : writer->failure();
-    } catch (
-        const std::exception& error) {  // a picture that can never fit, or no memory: the scan must go on
+    } catch (const std::exception& error) {
+      // For example an image of a wrong size, or lack of memory; the scan must go on.
       return writer->path().string() + ": recording stopped: " + error.what();
     }
   }
@@ -119,10 +119,10 @@ struct LogRecorder::Impl {
 
   std::unique_ptr<LogWriter> writer;
   LogRecorderOptions options;
-  std::optional<FrameDecoder> decoder;  // if frames are resized
+  std::optional<FrameDecoder> decoder;  // Set if frames are to be resized.
   mutable std::mutex mutex;
   std::condition_variable room;
-  BoundedQueue<std::shared_ptr<const RawFrame>> queue{SIZE_MAX};  // bounded by bytes, in push()
+  BoundedQueue<std::shared_ptr<const RawFrame>> queue{SIZE_MAX};  // Limited by bytes, in push().
   LogRecorderStatus status;
   std::once_flag finished;
   std::thread thread;

@@ -16,8 +16,9 @@
 namespace gelslam {
 namespace detail {
 
-/// A file that only grows, by whole pieces: a piece that does not fit any more (full disk, file size limit)
-/// leaves nothing of itself behind. Pieces go straight to the system, nothing is kept back in this program.
+/// A file to which only whole blocks are appended: a block that does not fit (full disk, limit of the file
+/// size) is removed again. Blocks are passed to the operating system immediately, without a buffer in this
+/// program.
 class AppendedFile {
  public:
   /// Throws Error when the file exists or cannot be created.
@@ -28,14 +29,14 @@ class AppendedFile {
     throw Error(path.string() + ": cannot be created: " + errno_text());
   }
 
-  /// "" or what the system says was wrong.
+  /// Returns "" or the system's error.
   std::string append(std::string_view bytes) {
     for (std::string_view left = bytes; !left.empty();) {
       const ssize_t written = ::write(file_.get(), left.data(), left.size());
       if (written < 0 && errno == EINTR) continue;
       if (written <= 0) {
         const std::string message = written < 0 ? errno_text() : "nothing was taken";
-        // Best effort: where it fails, a reader still stops before the torn piece.
+        // If this fails, readers still stop before the incomplete block.
         if (::ftruncate(file_.get(), size_) == 0) ::lseek(file_.get(), size_, SEEK_SET);
         return message;
       }
@@ -52,10 +53,10 @@ class AppendedFile {
     return static_cast<std::size_t>(written) == bytes.size() ? "" : "not all was taken";
   }
 
-  /// Forces all to the disk.
+  /// Forces everything to the disk.
   std::string sync() { return ::fsync(file_.get()) == 0 ? "" : errno_text(); }
 
-  /// Somebody has taken the file away meanwhile: it has no name any more.
+  /// Says whether the file was removed in the meantime and has no name any more.
   bool removed() const {
     struct stat status {};
     return ::fstat(file_.get(), &status) == 0 && status.st_nlink == 0;
@@ -119,14 +120,14 @@ struct LogWriter::Impl {
     return false;
   }
 
-  /// A file without a name goes on growing on the disk, for nobody.
+  /// A removed file would go on growing on the disk without any use.
   bool fail_removed() {
     failure = path.string() + ": recording stopped: somebody removed the log, and with it " +
               counted(frames, "frame");
     return false;
   }
 
-  /// The log begins with the first frame.
+  /// Creates the file with the first frame.
   bool begin(const RawFrame& frame) {
     format = {frame.encoding, frame.width_px, frame.height_px, rate_hz};
     MatroskaTrack track = *format;
@@ -150,7 +151,7 @@ struct LogWriter::Impl {
     const bool encode = frame.encoding == FrameEncoding::bgr;
     const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
     const std::string_view data = text_of(encode ? png : frame.bytes);
-    cluster.clear();  // its memory stays
+    cluster.clear();  // The memory is kept.
     cluster += cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size());
     cluster += data;
     const std::string problem = file->append(cluster);
@@ -183,10 +184,10 @@ struct LogWriter::Impl {
   std::filesystem::path path;
   LogAttachments stored;
   double rate_hz;
-  std::optional<MatroskaTrack> format;  // of the frames as they come
+  std::optional<MatroskaTrack> format;  // Format of the incoming frames.
   std::optional<AppendedFile> file;
   MatroskaHeader header;
-  std::string cluster;  // of the last frame
+  std::string cluster;  // Cluster of the last frame.
   std::int64_t frames = 0;
   std::uint64_t end_ticks = 0;
   bool closed = false;

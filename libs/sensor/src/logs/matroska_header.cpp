@@ -16,17 +16,17 @@ std::string last_bytes(std::uint64_t value, int count) {
   return bytes;
 }
 
-/// A length takes seven bits of each of its bytes; all ones mean "unknown".
+/// Encodes a length: each byte contributes seven bits, and all ones mean "unknown".
 std::string shortest_length(std::uint64_t length) {
   int count = 1;
   while (length >= (std::uint64_t{1} << (7 * count)) - 1) ++count;
   return last_bytes(length | (std::uint64_t{1} << (7 * count)), count);
 }
 
-// EBML (RFC 8794), the syntax of Matroska: an element is its id, its length and its payload. Ids are given
-// with their length marker, as the specifications print them.
+// EBML (RFC 8794) is the syntax of Matroska: an element has an id, a length and a payload. Ids are given with
+// their length marker, as in the specifications.
 
-/// Id and length of an element whose payload follows elsewhere.
+/// Returns id and length of an element whose payload is written separately.
 std::string ebml_head(std::uint32_t id, std::uint64_t payload_bytes) {
   const int id_bytes = (std::bit_width(id) + 7) / 8;
   return last_bytes(id, id_bytes) + shortest_length(payload_bytes);
@@ -42,14 +42,14 @@ std::string ebml_number(std::uint32_t id, std::uint64_t value) {
   return ebml_element(id, last_bytes(value, 8));
 }
 
-/// An element without meaning that keeps `total_bytes` (2 to 128) free.
+/// Returns an element that reserves `total_bytes` (2 to 128).
 std::string ebml_void(std::size_t total_bytes) {
   constexpr std::uint32_t void_id = 0xec;
   assert(total_bytes >= 2 && total_bytes <= 128);
   return ebml_element(void_id, std::string(total_bytes - 2, '\0'));
 }
 
-// RFC 9559 (Matroska), names as there.
+// Ids of RFC 9559 (Matroska) with its names.
 namespace id {
 constexpr std::uint32_t kEbml = 0x1a45dfa3, kEbmlVersion = 0x4286, kEbmlReadVersion = 0x42f7,
                         kEbmlMaxId = 0x42f2, kEbmlMaxSize = 0x42f3, kDocType = 0x4282,
@@ -87,7 +87,7 @@ std::string little_endian(std::uint32_t value, int bytes) {
   return text;
 }
 
-/// Matroska has no codec name of its own for PNG: players know it by the header that AVI files have
+/// Matroska has no codec name for PNG; players recognize it by the header that AVI files have
 /// (BITMAPINFOHEADER).
 std::string png_codec(const MatroskaTrack& track) {
   const std::uint32_t width = static_cast<std::uint32_t>(track.width_px),
@@ -159,9 +159,9 @@ MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack
   MatroskaHeader header;
   std::string& bytes = header.bytes;
   bytes = file_type() + ebml_head(id::kSegment, 0);
-  bytes.pop_back();  // the length of one byte
+  bytes.pop_back();  // Removes the length of one byte.
   header.segment_length_at = bytes.size();
-  bytes += last_bytes(0x01ffffffffffffff, 8);  // unknown until close()
+  bytes += last_bytes(0x01ffffffffffffff, 8);  // The length is unknown until close().
   header.segment_begins_at = bytes.size();
 
   const std::string space_for_duration = ebml_void(duration_element(0).size());
@@ -184,7 +184,7 @@ std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_
   const std::string additions =
       ebml_element(id::kBlockAdditions,
                    ebml_element(id::kBlockMore, ebml_element(id::kBlockAdditional, last_bytes(sequence, 8))));
-  // the track's number as a length is written, at the cluster's time, no lacing
+  // Track number (encoded like a length), time relative to the cluster (0), no lacing.
   const std::string block_prefix = shortest_length(1) + std::string(3, '\0');
   const std::string block = ebml_head(id::kBlock, block_prefix.size() + data_bytes) + block_prefix;
   const std::string group =

@@ -19,34 +19,35 @@ inline constexpr std::size_t kLargestConfigBytes = 1u << 20;
 inline constexpr std::size_t kLargestModelBytes = 4u << 20;
 inline constexpr std::size_t kLargestTextBytes = 64u << 10;
 
-/// The pictures' kind.
+/// Kind of the images.
 struct MatroskaTrack {
   FrameEncoding encoding = FrameEncoding::jpeg;  ///< not bgr
   int width_px = 0, height_px = 0;
   double rate_hz = 25;
 };
 
-/// Everything before the first frame, and where in it the places are that are filled in when the log is
+/// Everything before the first frame, with the positions of the fields that are filled in when the log is
 /// closed.
 struct MatroskaHeader {
   std::string bytes;
   std::size_t segment_length_at = 0;  ///< eight bytes
   std::size_t segment_begins_at = 0;
-  std::size_t duration_at = 0;  ///< free space of the size of duration_element()
-  std::size_t frames_at = 0;    ///< the same of frames_element()
+  std::size_t duration_at = 0;  ///< Position of reserved space with the size of duration_element().
+  std::size_t frames_at = 0;    ///< Position of reserved space with the size of frames_element().
 };
 
-/// `now_unix_us`: when the file is made. `start_unix_us`: when time 0 was; 0: not known.
+/// `now_unix_us` is the time at which the file is created. `start_unix_us` is the Unix time of time 0; 0: not
+/// known.
 MatroskaHeader matroska_header(const LogAttachments& stored, const MatroskaTrack& track,
                                std::int64_t now_unix_us, std::int64_t start_unix_us);
 std::string duration_element(std::uint64_t ticks);
 std::string frames_element(std::int64_t frames);
 
-/// What goes before a frame's `data_bytes` to make a cluster of its own of it, which any reader finds without
-/// an index.
+/// Returns the bytes that precede a frame's `data_bytes` to make a cluster of its own of it, which readers
+/// find without an index.
 std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes);
 
-/// The length of an element, once it is known, in eight bytes.
+/// Returns the length of an element in eight bytes, to be written once it is known.
 std::string ebml_length_8(std::uint64_t payload_bytes);
 
 }  // namespace gelslam::detail

@@ -9,7 +9,8 @@ namespace gelslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kMaxGapS = 30.0;  // a camera that is silent for 5 s ends its log
+// A camera without a frame for 5 s ends its log, so a larger gap is a damaged time.
+constexpr double kMaxGapS = 30.0;
 
 class PacedSource final : public RawFrameSource {
  public:
@@ -17,11 +18,12 @@ class PacedSource final : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     std::optional<RawFrame> frame =
-        source_->next();  // before waiting, so that reading takes none of the frame's time
+        source_->next();  // Read before waiting, so that reading does not delay the frame.
     if (!frame) return std::nullopt;
     const double step_s = frame->time_s - last_s_.value_or(frame->time_s);
     last_s_ = frame->time_s;
-    if (std::abs(step_s) < kMaxGapS) played_s_ += step_s;  // else a damaged time: nobody waits for it
+    // Otherwise the time is damaged, and the frame is not delayed.
+    if (std::abs(step_s) < kMaxGapS) played_s_ += step_s;
     if (!wait_until_due()) return std::nullopt;
     frame->arrived = Clock::now();
     return frame;
@@ -56,7 +58,7 @@ class PacedSource final : public RawFrameSource {
   std::string warning() const override { return source_->warning(); }
 
  private:
-  /// False once it was stopped.
+  /// Returns false once it was stopped.
   bool wait_until_due() {
     std::unique_lock lock(mutex_);
     if (!start_) start_ = Clock::now();
@@ -74,7 +76,7 @@ class PacedSource final : public RawFrameSource {
 
   Clock::duration time_to_play() const {
     if (pace_ == Pace::as_taken) return {};
-    constexpr double most_s = 1e8;  // must not overflow the clock
+    constexpr double most_s = 1e8;  // Prevents an overflow of the clock.
     return std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(std::clamp(played_s_, -most_s, most_s)));
   }

@@ -24,7 +24,7 @@ using detail::VideoFile;
 
 constexpr std::size_t kSuccessors = 3;
 
-/// After the size in a log's description.
+/// Returns what follows the size in a log's description.
 const char* ending_of(FrameEncoding encoding) {
   constexpr const char* kEndings[] = {", jpeg", ", png", "", ", yuyv"};
   return kEndings[static_cast<std::size_t>(encoding)];
@@ -101,7 +101,7 @@ class VideoLog final : public RawFrameSource {
   }
 
   void count_gap(std::int64_t frames) {
-    constexpr std::int64_t most = 1'000'000'000;  // damage may claim anything
+    constexpr std::int64_t most = 1'000'000'000;  // Damaged data may claim any number.
     if (frames > 0) lost_ = std::min(lost_ + std::min(frames, most), most);
   }
 
@@ -109,7 +109,8 @@ class VideoLog final : public RawFrameSource {
     return (static_cast<double>(time_us) - first_us_.value_or(0)) * 1e-6;
   }
 
-  /// Two or more of those that follow, and most, come before it: then it is the wrong one.
+  /// Says whether a time is wrong: at least two of the following frames, and most of them, have an earlier
+  /// time.
   bool is_contradicted(std::int64_t time_us) const {
     const auto before = std::count_if(ahead_.begin(), ahead_.end(), [&](const VideoFile::Packet& next) {
       return next.time_us && *next.time_us < time_us && (index_ == 0 || seconds_of(*next.time_us) > last_s_);
@@ -117,14 +118,14 @@ class VideoLog final : public RawFrameSource {
     return before > std::max<std::ptrdiff_t>(1, std::ssize(ahead_) / 2);
   }
 
-  /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program
-  /// takes, and so would one far ahead, after which all others are backward.
+  /// Returns a valid time of a frame. A time that repeats or goes backward (by damage, or a tool that rounds)
+  /// would make an invalid trajectory; so would a time far ahead, after which all others go backward.
   double time_of(std::optional<std::int64_t> time_us) {
     const double next_s = index_ == 0 ? 0.0 : last_s_ + 1.0 / rate_hz_;
     if (!time_us) return last_s_ = next_s;
     if (is_contradicted(*time_us)) {
       ++wrong_times_;
-      return last_s_ = index_ == 0 ? 0.0 : last_s_ + 0.5 / rate_hz_;  // not after the next one
+      return last_s_ = index_ == 0 ? 0.0 : last_s_ + 0.5 / rate_hz_;  // Before the time of the next frame.
     }
     if (!first_us_) first_us_ = static_cast<double>(*time_us) - 1e6 * next_s;
     if (index_ > 0 && *time_us < newest_us_) ++wrong_times_;
@@ -146,7 +147,7 @@ class VideoLog final : public RawFrameSource {
     }
   }
 
-  /// Where only a duration is noted, frames that the camera lost are missing.
+  /// If only a duration is known, it also contains frames that the camera lost.
   bool ends_early() const {
     if (video_.frames_are_counted) return index_ < *frames_;
     return first_us_.value_or(0) * 1e-6 + last_s_ + 2.5 / rate_hz_ < video_.duration_s;
@@ -157,10 +158,10 @@ class VideoLog final : public RawFrameSource {
   const VideoFile::Properties& video_;
   double rate_hz_;
   std::optional<std::int64_t> frames_;
-  std::deque<VideoFile::Packet> ahead_;  ///< the next ones: they judge the time before them
+  std::deque<VideoFile::Packet> ahead_;  ///< The following frames, from which a time is judged.
   bool file_ended_ = false;
   std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0, newest_us_ = 0, wrong_times_ = 0;
-  std::optional<double> first_us_;  ///< from where times count: the first frame
+  std::optional<double> first_us_;  ///< Time of the first frame, from which times count.
   double last_s_ = 0;
   bool ended_ = false;
   std::atomic<bool> stopped_ = false;
@@ -171,7 +172,8 @@ constexpr const char* kRos2Way =
     "; play it (ros2 bag play BAG) while its pictures are saved (ros2 run image_view image_saver --ros-args "
     "-r image:=TOPIC), and give their folder";
 
-/// Throws Error for files of robotics that hold pictures among other things, with the way to these.
+/// Throws Error for a file of a robotics system that contains images among other data, with advice how to
+/// extract them.
 void refuse_container(const fs::path& file) {
   std::string head(8, '\0');
   std::ifstream(file, std::ios::binary).read(head.data(), std::ssize(head));

@@ -41,7 +41,7 @@ double LiveMeter::rate_hz(LiveClock::time_point now) const {
   const double intervals = static_cast<double>(arrivals_.size() - 1);
   const double span_s = seconds(arrivals_.back() - arrivals_.front()),
                since_last_s = seconds(now - arrivals_.back());
-  // A frame that is a little late is on its way; one that is later than two intervals counts as missing.
+  // A frame that is slightly late is probably on its way; after two intervals the source counts as stalled.
   const bool stalled = since_last_s > 2.0 * span_s / intervals;
   return intervals / std::max(1e-6, stalled ? span_s + since_last_s : span_s);
 }
@@ -134,8 +134,8 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   const auto loops = std::ranges::count(newest->edges, EdgeKind::loop, &MapSnapshot::Edge::kind);
   const int trials = count_different(*newest, &MapSnapshot::Node::trial),
             components = count_different(*newest, &MapSnapshot::Node::component);
-  const std::lock_guard lock(mutex_);  // tracking may wait for it
-  map_.swap(newest);                   // and the map before goes when it is released
+  const std::lock_guard lock(mutex_);  // Tracking may wait for this mutex.
+  map_.swap(newest);                   // The previous map is freed after the mutex is released.
   status_.keyframes = static_cast<int>(map_->nodes.size());
   status_.loops = static_cast<int>(loops);
   status_.trials = trials;
@@ -149,8 +149,8 @@ void LiveBoard::show_saved(const SlamMap& saved) {
   set_map(std::move(snapshot));
 }
 
-/// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
-/// long as there is nothing it could be joined to.
+/// Says whether the current contact belongs to the shown map. A trial that the mapper has not seen yet counts
+/// as joined as long as there is no map it could be joined to.
 bool LiveBoard::joined() const {
   return touch_->in_map && (map_->shown_component < 0 || touch_->in_map->component == map_->shown_component);
 }

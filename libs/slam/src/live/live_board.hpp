@@ -15,12 +15,12 @@ namespace gelslam::slam::detail {
 
 using LiveClock = std::chrono::steady_clock;
 
-/// Rate and latency over the last seconds.
+/// Frame rate and latency over the last seconds.
 class LiveMeter {
  public:
   void arrived(LiveClock::time_point when);
   void posed(LiveClock::time_point when, double latency_ms);
-  /// Of the source as it is `now`: falls when nothing comes any more.
+  /// Rate of the source at the time `now`. It decreases when no more frames arrive.
   double rate_hz(LiveClock::time_point now) const;
   double latency_ms(double quantile) const;
 
@@ -29,26 +29,28 @@ class LiveMeter {
   std::deque<std::pair<LiveClock::time_point, double>> latencies_ms_;
 };
 
-/// How many trials or components a map has.
+/// Returns the number of different trials or components in a map.
 int count_different(const MapSnapshot& map, int MapSnapshot::Node::*member);
 
-/// Where the stages pin what they know, and the window reads it. Thread-safe; nobody waits longer than for a
-/// copy.
+/// State that the stages of a live scan publish and the window reads. Thread-safe; no caller waits for longer
+/// than a copy takes.
 class LiveBoard {
  public:
   explicit LiveBoard(std::string source_description);
 
-  // The stages.
+  // For the stages:
   void set_phase(LivePhase phase);
   LivePhase phase() const;
-  void set_state(std::string state);  ///< before anything is tracked, and at the end
-  void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);  ///< of this state
-  void warn(const std::string& sentence) { warn_about(sentence, sentence); }   ///< once
-  /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place
-  /// of the last.
+  void set_state(std::string state);  ///< Sets the state before tracking begins and while finishing.
+  /// Progress of the current state.
+  void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);
+  /// Each sentence is added once.
+  void warn(const std::string& sentence) { warn_about(sentence, sentence); }
+  /// Adds a warning that changes over time ("3 frames came damaged"): a new sentence about `what` replaces
+  /// the previous one.
   void warn_about(const std::string& what, const std::string& sentence);
   void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
-  void source_ended();  ///< the rate stays what it was
+  void source_ended();  ///< Freezes the frame rate.
   void count(std::int64_t LiveStatus::*frames, std::int64_t more) {
     const std::lock_guard lock(mutex_);
     status_.*frames += more;
@@ -56,10 +58,10 @@ class LiveBoard {
   void set_log_bytes(std::int64_t bytes);
   void set_touch(FrameReport touch, LiveClock::time_point captured);
   void set_map(std::shared_ptr<const MapSnapshot> map);
-  /// In place of what was good enough while it grew: what was saved.
+  /// Replaces the preliminary map of the running scan by the saved one.
   void show_saved(const SlamMap& map);
 
-  // The window.
+  // For the window:
   LiveStatus status() const;
   std::shared_ptr<const FrameReport> touch() const;
   std::shared_ptr<const MapSnapshot> map() const;
@@ -83,7 +85,7 @@ class LiveBoard {
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
 };
 
-/// Puts on the board what is done while finishing, and how far it is.
+/// Publishes the current task of finishing and its progress.
 class BoardProgress final : public ProgressSink {
  public:
   explicit BoardProgress(LiveBoard& board) : board_(board) {}

@@ -18,7 +18,7 @@ using namespace slam::detail;
 
 namespace {
 
-/// None: nothing is kept.
+/// Creates or continues the run folder; nothing if the scan is not saved.
 std::optional<GrowingRun> run_of(const LiveOptions& options) {
   if (options.run_folder.empty()) return std::nullopt;
   const bool records = options.record.has_value();
@@ -35,7 +35,7 @@ std::unique_ptr<LogRecorder> recorder_of(const LiveOptions& options, const RawFr
                                        recorder);
 }
 
-/// The stages, their threads, and what happens between them.
+/// A live scan: the stages, their threads and the queues between them.
 class LiveSlam final : public LiveSession, private LiveContext {
  public:
   LiveSlam(std::unique_ptr<RawFrameSource> frames, const LiveOptions& live_options)
@@ -80,22 +80,23 @@ class LiveSlam final : public LiveSession, private LiveContext {
   std::optional<GrowingRun> run_;
   std::unique_ptr<LogRecorder> recorder_;  // null: nothing is recorded
   std::atomic<bool> paused_{false}, leaves_out_{false}, stopped_{false};
-  std::string session_warning_;  // once written_: why the session is not whole, or ""
+  std::string session_warning_;  // Valid after written_: why the session is incomplete, or "".
 
-  mutable std::mutex mutex_;  // for what follows
+  mutable std::mutex mutex_;  // Protects the members below.
   RunReport report_;
   std::exception_ptr failure_;
   std::string failure_in_words_;
 
-  std::latch captured_{1};  // nothing more comes, and the log is whole
-  std::latch mapped_{1};    // the mapper has seen every keyframe
-  std::latch written_{1};   // the session holds all that was measured
+  std::latch captured_{1};  // Counted down when capture has ended and the log is complete.
+  std::latch mapped_{1};    // Counted down when the mapper has processed every keyframe.
+  std::latch written_{1};   // Counted down when the session contains all measurements.
   std::jthread fusion_thread_;
   std::vector<std::jthread> threads_;
-  std::promise<void> ready_;  // when it goes without having been kept, threads that wait for it end
+  // Starts the threads. If it is destroyed without a value, the waiting threads end.
+  std::promise<void> ready_;
 };
 
-/// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
+/// Runs a stage. An exception ends the scan, and the later stages save what they have.
 template <typename Work>
 void LiveSlam::guarded(const Work& work) {
   try {
@@ -109,7 +110,8 @@ void LiveSlam::guarded(const Work& work) {
   }
 }
 
-/// Stages and threads that cannot begin leave no folder.
+/// Creates the threads before the run folder, so that no folder is left if a stage or a thread cannot be
+/// created.
 void LiveSlam::start() {
   make_threads();
   run_ = run_of(options);
@@ -137,7 +139,7 @@ void LiveSlam::make_threads() {
     raw.close();
     if (recorder_) {
       recorder_->finish();
-      report_log();  // what went wrong with the last frames, too
+      report_log();  // Includes problems with the last frames.
     }
     captured_.count_down();
   }));
@@ -145,7 +147,7 @@ void LiveSlam::make_threads() {
     lower_thread_priority();
     const auto say = [this](const std::string& problem) { board.warn_about("the session", problem); };
     if (run_) session_warning_ = run_->write_session(measured, say);
-    measured.close();  // nobody reads it
+    measured.close();  // The queue has no reader any more.
     written_.count_down();
   }));
   threads_.push_back(thread([this] {
@@ -161,7 +163,7 @@ void LiveSlam::make_threads() {
     mapped_.wait();
     measured.close();
     written_.wait();
-    // Here and not in the mapper's thread, whose priority is low: now a person waits.
+    // This is done here and not in the mapper's thread, whose priority is low, because now the user waits.
     guarded([this] { finish(); });
     fusion_.stop();
     board.set_phase(LivePhase::finished);
@@ -173,13 +175,14 @@ void LiveSlam::make_threads() {
   threads_.push_back(thread([this] {
     lower_thread_priority();
     guarded([this] { mapping_.run(); });
-    source_->stop();  // if that failed early: nothing would be made of further frames
+    source_->stop();  // If mapping failed early, further frames would be of no use.
     keyframes.close();
     mapped_.count_down();
   }));
 }
 
-/// A source that is lost ends the scan like a person would: with all that was seen.
+/// If the source is lost, the scan ends as if the user had stopped it, and everything measured so far is
+/// saved.
 void LiveSlam::capture() {
   try {
     take_frames();
@@ -191,7 +194,7 @@ void LiveSlam::capture() {
 
 void LiveSlam::take_frames() {
   const auto has_begun = [this] { return stopped_ || !options.begins || options.begins(); };
-  const bool can_wait = source_->hold(paused_);
+  const bool can_wait = source_->hold(paused_);  // False for a camera.
   while (can_wait && !has_begun()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (std::optional<RawFrame> next = source_->next()) {
     const auto frame = std::make_shared<const RawFrame>(std::move(*next));
@@ -202,7 +205,7 @@ void LiveSlam::take_frames() {
       report_log();
     }
     if (leaves_out_ || !has_begun()) continue;
-    // What the background needs is waited for, however fast frames come.
+    // Images for the background are never dropped, however fast they arrive.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
       board.count(&LiveStatus::dropped, static_cast<std::int64_t>(raw.push_newest(frame)));
     else
@@ -211,7 +214,7 @@ void LiveSlam::take_frames() {
   board.warn_about("the source", source_->warning());
 }
 
-/// A full disk ends the log, not the scan.
+/// When the disk is full, the log ends, but the scan goes on.
 void LiveSlam::report_log() {
   const LogRecorderStatus status = recorder_->status();
   board.set_log_bytes(status.bytes);
@@ -222,7 +225,7 @@ void LiveSlam::finish() {
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
   fusion_.stop();
-  fusion_thread_.join();  // what it draws must not come after what is saved, which needs its memory
+  fusion_thread_.join();  // The preview must not publish after the saved map, and saving needs the memory.
   return_free_memory();
   SlamMap map;
   {
@@ -301,8 +304,8 @@ LiveStatus LiveSlam::status() const {
 void LiveSlam::set_paused(bool pause) {
   paused_ = pause;
   if (source_->hold(pause)) return;
-  // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
-  // when it was paused still belongs to the trial.
+  // A camera goes on sending, and the object may be elsewhere after the pause, so the trial is broken. Frames
+  // that were already on their way to the tracker when the scan was paused still belong to the trial.
   if (leaves_out_.exchange(pause) && !pause) surfaced.push_beyond_limit(BreakTrial{});
 }
 

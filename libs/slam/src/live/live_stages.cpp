@@ -35,7 +35,7 @@ void SurfaceStage::run() {
       report_background();
     }
     if (!frames_.difference().empty()) {
-      // Another gel lies in the camera that was connected again: the scan ends with what was seen before.
+      // The reconnected camera has another gel. The scan ends with what was measured before.
       context_.board.warn(frames_.difference());
       context_.lost = true;
       return;
@@ -100,7 +100,7 @@ void TrackingStage::handle(const SurfacedFrame& frame) {
                      .in_map = map->pose_of(record, newer_),
                      .warning = unobservable_.words()};
   if (context_.options.stream) {
-    report.in_trial = trial_map_.add(tracked);  // only lines tell it
+    report.in_trial = trial_map_.add(tracked);  // Only stream lines contain the pose in the trial.
     context_.options.stream->write(report);
   }
   if (frame.surface)
@@ -127,8 +127,8 @@ void FusionStage::stop() {
   changed_.notify_one();
 }
 
-/// Returns the newest map if it was not taken yet, and otherwise null. It waits for a map when there is no
-/// other work.
+/// Returns the newest map if it was not taken yet, and otherwise null. Waits for a new map if no work is
+/// left.
 std::shared_ptr<const MapSnapshot> FusionStage::wait_for_map(bool work_left) {
   std::unique_lock lock(mutex_);
   if (!work_left) changed_.wait(lock, [this] { return stopped_ || newest_; });
@@ -141,14 +141,14 @@ void FusionStage::run() {
     if (const auto map = wait_for_map(work_left)) follow(*map);
     {
       const std::lock_guard lock(mutex_);
-      if (stopped_) return fusion_.reset();  // the saved mesh needs the memory
+      if (stopped_) return fusion_.reset();  // The saved mesh needs the memory.
     }
     if (fusion_) work_left = work();
   }
 }
 
-/// Fuses a part of what is left, and returns whether work is left. A patch that cannot be fused is reported,
-/// and fusion goes on without it.
+/// Fuses a part of what is left and returns whether work is left. If a patch cannot be fused, a warning is
+/// given and fusion continues without it.
 bool FusionStage::work() {
   const auto scope = context_.timer.measure("fusion");
   try {
@@ -179,10 +179,10 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 void MappingStage::run() {
   if (!context_.so_far.keyframes.empty()) mapper().optimize();
   publish();
-  mapper().remember_places();  // before a keyframe waits for it
+  mapper().remember_places();  // Done now, so that no keyframe has to wait for it later.
   while (context_.keyframes.wait_until(next_work())) {
-    // What has arrived is handled before the graph is solved once for all of it. A time limit keeps the
-    // displayed map current.
+    // All keyframes that have arrived are processed before the graph is solved once for all of them. The time
+    // limit keeps the displayed map current.
     const LiveClock::time_point start = LiveClock::now();
     bool changed = false;
     while (LiveClock::now() - start < kMaxUpdateInterval) {
@@ -204,15 +204,15 @@ void MappingStage::publish() {
   context_.board.set_map(std::move(map));
 }
 
-/// Returns until when the mapping thread waits for a keyframe: until the pose graph may be solved for new
-/// loops.
+/// Returns the time until which the mapping thread waits for a keyframe. If there are new loops, this is when
+/// the pose graph may be solved next.
 LiveClock::time_point MappingStage::next_work() {
   return mapper().has_new_loops() ? next_optimization_ : LiveClock::now() + std::chrono::hours(1);
 }
 
-/// Solves the pose graph if it has new loops, and returns whether it did. A full solve moves the whole map,
-/// and the mesh has to follow it. Between two solves there is therefore a pause of at least 1 s and of nine
-/// times what the last one took.
+/// Solves the pose graph if it has new loops and the last solve is long enough ago; returns whether it did. A
+/// full solve moves the whole map, and the displayed mesh has to follow. The pause between two solves is
+/// therefore at least 1 s, and at least nine times the duration of the last solve.
 bool MappingStage::optimize_if_due() {
   const LiveClock::time_point start = LiveClock::now();
   if (!mapper().has_new_loops() || start < next_optimization_) return false;

@@ -19,22 +19,22 @@
 #include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "live/live_board.hpp"
 
-// Each stage runs on a thread of its own until its queue is closed and empty.
+// The stages of a live scan. Each runs on its own thread until its input queue is closed and empty.
 namespace gelslam::slam::detail {
 
 using RawFramePtr = std::shared_ptr<const RawFrame>;
 
-/// From the surface stage to the tracker.
+/// Message from the surface stage to the tracker: the surface of a frame.
 struct SurfacedFrame : SurfaceStream::Item {
   LiveClock::time_point arrived, captured;
 };
 
-/// Travels with the frames, so that it happens between two of them.
+/// Message from the surface stage to the tracker: end the trial between two frames.
 struct BreakTrial {};
 
 using TrackerMessage = std::variant<SurfacedFrame, BreakTrial>;
 
-/// What the stages of a live scan share.
+/// State that the stages of a live scan share.
 struct LiveContext {
   LiveContext(const LiveOptions& live_options, const std::string& source)
       : options(live_options),
@@ -42,21 +42,23 @@ struct LiveContext {
         board(source) {}
 
   const LiveOptions options;
-  ScanRecord so_far;            ///< the scan that goes on; of a new one its part alone
-  std::optional<GelSlam> slam;  ///< once the threads begin
+  ScanRecord so_far;            ///< The scan that is continued; for a new scan only its part.
+  std::optional<GelSlam> slam;  ///< Set when the threads begin.
   StageTimer timer;
   LiveBoard board;
   std::atomic<bool> aborted{false};
-  std::atomic<bool> lost{false};  ///< the source is lost (not track), or has another gel: the scan ends early
+  /// Set when the source is lost or has another gel; the scan then ends early. Not related to lost frames.
+  std::atomic<bool> lost{false};
 
-  static constexpr std::size_t kQueuedFrames = 2;  ///< what is older is not worth its latency
+  static constexpr std::size_t kQueuedFrames = 2;  ///< Short, because queued frames only add latency.
   BoundedQueue<RawFramePtr> raw{kQueuedFrames};
   BoundedQueue<TrackerMessage> surfaced{kQueuedFrames};
-  BoundedQueue<NewKeyframe> keyframes{1};  ///< its limit is never asked for: the tracker goes beyond it
-  SessionQueue measured{1};                ///< the same
+  BoundedQueue<NewKeyframe> keyframes{1};  ///< The limit is never applied, as the tracker pushes beyond it.
+  SessionQueue measured{1};                ///< The same holds here.
 };
 
-/// Raw frames to surfaces. While the first frames show contact, the user is told to take the object away.
+/// Computes surfaces from raw frames. While the first frames show contact, it asks the user to take the
+/// object away.
 class SurfaceStage {
  public:
   /// Throws Error when the model or the background image cannot be read.
@@ -73,12 +75,12 @@ class SurfaceStage {
   LiveContext& context_;
   FrameDecoder decoder_;
   FrameToSurface frames_;
-  int reconnects_ = 0;                         // of the last frame
-  std::deque<RawFramePtr> background_frames_;  // the newest ones, until they are accepted
+  int reconnects_ = 0;                         // Value of the last frame.
+  std::deque<RawFramePtr> background_frames_;  // The newest frames, until they are accepted as background.
 };
 
-/// Surfaces to poses; keyframes go on to the mapper, whose queue has no limit, so that this stage never
-/// waits.
+/// Computes poses from surfaces. Keyframes are passed to the mapper through a queue without limit, so that
+/// this stage never waits.
 class TrackingStage {
  public:
   explicit TrackingStage(LiveContext& context)
@@ -94,27 +96,29 @@ class TrackingStage {
   LiveContext& context_;
   TrialMap trial_map_;
   UnobservableMotions unobservable_;
-  std::vector<NewKeyframe> newer_;  // that the newest map does not have yet
+  std::vector<NewKeyframe> newer_;  // Keyframes that the newest map does not contain yet.
 };
 
-/// Updates the displayed mesh to the newest map in short steps and skips maps that arrive faster.
+/// Updates the displayed mesh to the newest map in small steps. Maps that arrive faster than it works are
+/// skipped.
 class FusionStage {
  public:
   explicit FusionStage(LiveContext& context) : context_(context) {}
 
   void run();
-  void set_map(std::shared_ptr<const MapSnapshot> map);  ///< from another thread; returns at once
-  void stop();                                           ///< run() returns after the present piece of work
+  /// To be called from another thread; returns immediately.
+  void set_map(std::shared_ptr<const MapSnapshot> map);
+  void stop();  ///< Makes run() return after the current step.
 
  private:
   std::shared_ptr<const MapSnapshot> wait_for_map(bool work_left);
   void follow(const MapSnapshot& map);
-  bool work();  ///< true while there is more to do
+  bool work();  ///< Returns true while there is more to do.
 
   LiveContext& context_;
   std::unique_ptr<IncrementalFusion> fusion_;
-  int component_ = -1;    // what fusion_ holds
-  bool cleared_ = false;  // not told yet
+  int component_ = -1;    // Component of the map that fusion_ contains.
+  bool cleared_ = false;  // True until the mesh feed has been told that the mesh was cleared.
 
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -122,8 +126,8 @@ class FusionStage {
   bool stopped_ = false;
 };
 
-/// Searches loops for every keyframe, places the newest by its link at once, and solves for all poses when
-/// the queue is empty.
+/// Searches loops for every keyframe, adds each new keyframe to the map at the pose of its odometry edge, and
+/// solves the pose graph when the queue is empty.
 class MappingStage {
  public:
   MappingStage(LiveContext& context, FusionStage& fusion) : context_(context), fusion_(fusion) {}

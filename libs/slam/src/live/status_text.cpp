@@ -43,7 +43,7 @@ void say_while_scanning(const LiveStatus& status, StateWords& words) {
     words = {words.state, Tone::amber, "Position uncertain", words.advice};
 }
 
-/// What a person at the window may do next, behind the advice.
+/// Returns what the user at the window can do next, to be appended to the advice.
 std::string key_hint(const LiveStatus& status, const StateWords& words) {
   if (status.phase == LivePhase::paused) return "Press Space to go on.";
   if (status.phase != LivePhase::finished) return "";

@@ -32,7 +32,7 @@ RunReport::Frames frame_counts(const SlamMap& map) {
   return frames;
 }
 
-/// The log of each part, and the time in the trajectory at which it begins.
+/// Returns the log of each part and the time in the trajectory at which it begins.
 std::vector<RunReport::Log> part_logs(const SlamMap& map) {
   const std::vector<double> stamps_s = map.stamps_s();
   std::vector<RunReport::Log> logs;
@@ -47,7 +47,8 @@ std::vector<RunReport::Log> part_logs(const SlamMap& map) {
   return logs;
 }
 
-/// "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before", or "".
+/// Returns "1 piece not joined; 16 frames not in the mesh; next time cross places that you touched before",
+/// or "".
 std::string not_in_mesh(int components, std::int64_t frames) {
   std::string text;
   if (components > 0) text = counted(components, "component") + " not joined";
@@ -56,7 +57,7 @@ std::string not_in_mesh(int components, std::int64_t frames) {
   return text;
 }
 
-/// Of the object against the sensor, from frame to frame.
+/// Speeds of the object relative to the sensor, from frame to frame.
 struct Speeds {
   std::vector<double> mm_per_s, deg_per_s;
 
@@ -68,9 +69,9 @@ struct Speeds {
   }
 };
 
-/// "46 of 60 touched frames are lost, after motions of ...; move more slowly ...", where more than 2 % are.
-/// Else empty. No speed is blamed where frames were lost after slower motions than were followed, as where
-/// touches begin and end.
+/// Returns e.g. "46 of 60 touched frames are lost, after motions of ...; move more slowly ..." if more than 2
+/// % of the touched frames are lost, else "". It does not blame the speed if the motions before lost frames
+/// were slower than those that were tracked, as happens where a touch begins or ends.
 std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   if (50 * count.lost <= count.tracked + count.lost) return "";
   Speeds followed, before_loss;
@@ -93,13 +94,14 @@ std::string lost_frames(const SlamMap& map, const RunReport::Frames& count) {
   return text;
 }
 
-/// "64 % of what was touched is in the mesh; ...", where it is less than 90 %; else "".
+/// Returns e.g. "only 64 % of what was touched is in the mesh; ..." if it is less than 90 %, else "".
 std::string little_in_mesh(const RunReport::Touched& touched) {
   if (touched.in_mesh_cm2 >= 0.9 * touched.area_cm2) return "";
   std::string text = fmt::format("only {:.0f} % of what was touched is in the mesh",
                                  100 * touched.in_mesh_cm2 / touched.area_cm2);
   const double rim_cm2 = touched.area_cm2 - touched.in_mesh_cm2 - touched.not_joined_cm2;
-  if (rim_cm2 > touched.not_joined_cm2)  // else the components are to be joined, which is said
+  // Otherwise another warning already says that components should be joined.
+  if (rim_cm2 > touched.not_joined_cm2)
     append_sentence(text, "touch the missing places again in the middle of the gel");
   return text;
 }
@@ -112,7 +114,7 @@ std::string why_no_mesh(const RunReport::Frames& frames) {
          "the object on it";
 }
 
-/// What a user has to know beside the result.
+/// Returns what the user has to know about the quality of the result, most important first.
 std::vector<std::string> result_warnings(const SlamMap& map, const RunReport& report) {
   double farthest_mm = 0;
   for (const StampedPose& pose : map.trajectory())
@@ -138,7 +140,8 @@ void count(const Run& run, RunReport& report) {
   if (!report.parts.empty()) report.logs = part_logs(map);
   report.anchor_frame = map.anchor_frame;
   report.start_unix_us = map.start_unix_us();
-  const std::int64_t damaged = report.frames.left_out;  // also behind the last good one
+  // Includes damaged images after the last good frame.
+  const std::int64_t damaged = report.frames.left_out;
   report.frames = frame_counts(map);
   report.frames.left_out = std::max(report.frames.left_out, damaged);
   report.uncertainty = map.uncertainty;

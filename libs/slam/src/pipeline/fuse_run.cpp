@@ -20,10 +20,11 @@ Config config_of(const FuseRequest& request) {
   if (request.voxel_size_mm) fusion.voxel_size_mm = *request.voxel_size_mm;
   fusion.truncation_mm =
       request.truncation_mm.value_or(std::max(fusion.truncation_mm, 2 * fusion.voxel_size_mm));
-  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
+  // Checked here, before the session is read, which takes time.
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)
     throw Error("the truncation has to be at least twice the voxel size; give the truncation, too");
   try {
-    return read_config_text(write_config(config), "");  // within their bounds
+    return read_config_text(write_config(config), "");  // Checks that the values are within their bounds.
   } catch (const Error& error) {
     const std::string text = error.what(), section = "fusion_config.";
     const std::size_t at = text.find(section);
@@ -31,7 +32,7 @@ Config config_of(const FuseRequest& request) {
   }
 }
 
-/// The mesh, and what else depends on how it was made.
+/// Writes the mesh and the files that depend on the fusion options.
 void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh,
                  const std::optional<RunReport>& report) {
   write_mesh(folder / "mesh.ply", mesh);
@@ -39,7 +40,7 @@ void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh,
   if (report) write_file_atomically(folder / "report.json", report_json(*report));
 }
 
-/// All of a run but its logs, which are large, and what does not belong to a run.
+/// Copies the files of a run, except the logs, which are large, and files that do not belong to a run.
 void copy_run(const fs::path& from, const fs::path& to) {
   for (const char* entry :
        {"trajectory.tum", "covariances.npy", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o"}) {
@@ -51,7 +52,7 @@ void copy_run(const fs::path& from, const fs::path& to) {
   copy_store(from, to);
 }
 
-/// What this writes into: the run itself, locked, or another folder.
+/// Where the results are written: the run itself, which is then locked, or another folder.
 struct Target {
   explicit Target(const FuseRequest& request) {
     if (request.output.empty())
@@ -64,7 +65,7 @@ struct Target {
   std::optional<RunFolder> folder;
 };
 
-/// Of a scan that was killed before its map was saved, or went on after that.
+/// Makes map and mesh for a scan that was killed before its map was saved, or that was continued afterwards.
 FuseSummary finish_killed(const FuseRequest& request, const Config& config, Target& target,
                           ProgressSink& progress, const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();

@@ -1,3 +1,11 @@
+// From keyframes to a map: loops, choice of the loops that are consistent, pose graph, overlap edges, and the
+// choice of the keyframes that form the map (Huang et al., GelSLAM, T-RO 2026; docs/algorithms.md).
+//
+// While a scan goes on, optimize() solves the pose graph with the loops found so far. At the end,
+// solve_scan() solves it again from the measurements alone, registers overlapping keyframes and solves once
+// more. The map is the group of keyframes whose relative poses are determined and that has most tracked
+// frames. Its frame is that of an anchor keyframe with a typical contact area.
+
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
@@ -16,7 +24,7 @@ namespace gelslam {
 
 namespace {
 
-/// By keyframe id.
+/// Returns the number of tracked frames for each keyframe id.
 std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::size_t keyframes) {
   std::vector<int> count(keyframes, 0);
   for (const FrameRecord& frame : frames)
@@ -24,8 +32,8 @@ std::vector<int> tracked_frames(const std::vector<FrameRecord>& frames, std::siz
   return count;
 }
 
-/// The smallest id that belongs to a later part than the first that touched anything. A part that continues a
-/// map, however long, does not replace it.
+/// Returns the smallest keyframe id of a part after the first one with contact. Later parts extend the map of
+/// the first one and, however long, do not replace it.
 int first_continuing(const ScanRecord& scan) {
   std::optional<std::size_t> first;
   for (const auto& keyframe : scan.keyframes) {
@@ -37,8 +45,9 @@ int first_continuing(const ScanRecord& scan) {
   return scan.last_keyframe() + 1;
 }
 
-/// The keyframes whose places relative to each other are known, by id. Of several such groups the one that
-/// had most `frames` before keyframe `continuing` came; the oldest of equals.
+/// Determines which keyframes form the map: a group connected by edges that are no outliers and that
+/// constrain the relative pose (constrains_pose()). Among several groups it is the one with most `frames`
+/// before keyframe `continuing`; among equal ones the oldest. Returns a flag per keyframe id.
 std::vector<bool> placed_keyframes(const MapSnapshot& map, const std::vector<int>& frames, int continuing) {
   UnionFind groups(static_cast<int>(frames.size()));
   const auto join = [&](bool continues) {
@@ -61,9 +70,9 @@ std::vector<bool> placed_keyframes(const MapSnapshot& map, const std::vector<int
   return placed;
 }
 
-/// The first keyframe that shows at least three quarters of the median contact of those in the map before
-/// `continuing`. The first keyframe of all is often a faint touch, and the error of its registration would
-/// shift and tilt the whole map.
+/// Returns the anchor: the first keyframe of the map before `continuing` whose contact has at least three
+/// quarters of their median area. The very first keyframe often shows a faint touch, and the error of its
+/// registration would shift and tilt the whole map.
 int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map, int continuing) {
   std::vector<double> contact_pixels;
@@ -75,7 +84,7 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   return static_cast<int>(id);
 }
 
-/// Those to be kept, in the same order.
+/// Returns the edges with a set flag, in the same order.
 std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
@@ -83,8 +92,9 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
   return kept;
 }
 
-/// Where a solve of all poses starts: where the fewest edges put every keyframe. A long way along odometry
-/// bends too far for loops to find back.
+/// Returns initial poses for solving the pose graph. Each keyframe is placed along the path with the fewest
+/// edges from the first keyframe of its component. Along a path of odometry alone, drift could bend the map
+/// too far for the loops to correct.
 std::map<int, Pose> spread(const ScanRecord& scan, const std::vector<PoseGraphEdge>& edges) {
   const auto motion = motions_between(edges, std::vector<bool>(edges.size(), false), 0);
   UnionFind components(static_cast<int>(scan.keyframes.size()));
@@ -98,16 +108,17 @@ std::map<int, Pose> spread(const ScanRecord& scan, const std::vector<PoseGraphEd
   return poses;
 }
 
-/// Solves for all poses, and for the gradient scale if asked to.
+/// Solves the pose graph, and for the gradient scale if the options ask for it.
 PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                               double scale_sigma, const SlamOptions& options) {
-  if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
+  // Without any keyframe there is no model either from which to take its sigma.
+  if (initial.empty()) return {};
   return options.gradient_scale.estimate
              ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
-/// Leaves out what contradicts the other edges, and solves for all poses.
+/// Removes loops that are not consistent with the other edges, and solves the pose graph.
 void solve_map(SlamMap& map, double scale_sigma, const SlamOptions& options) {
   map.solved_edges = chosen(map.solved_edges, consistent_edges(map.solved_edges, scale_sigma));
   const std::map<int, Pose>& known = map.solution.component_T_node;
@@ -115,7 +126,7 @@ void solve_map(SlamMap& map, double scale_sigma, const SlamOptions& options) {
                              scale_sigma, options);
 }
 
-/// Registers keyframes that should overlap, and solves again.
+/// Registers keyframes that should overlap, and solves the pose graph again with the edges found.
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   const std::vector<PoseGraphEdge> found =
@@ -131,20 +142,21 @@ PoseCovariances covariances(const std::vector<PoseGraphEdge>& edges, const PoseG
                           options.gradient_scale.estimate ? scale_sigma : 0.0);
 }
 
-/// What was measured, and nothing concluded from it.
+/// Returns a map with the measurements only, before the pose graph is solved.
 SlamMap unsolved(ScanRecord scan) {
   SlamMap map;
   static_cast<ScanRecord&>(map) = std::move(scan);
   map.solved_edges = map.edges;
   map.in_map.resize(map.keyframes.size());
   for (FrameRecord& frame : map.frames) {
-    if (!map.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
+    // The keyframe has not reached the mapper yet.
+    if (!map.has_keyframe(frame.keyframe)) frame.keyframe = -1;
     map.trials = std::max(map.trials, frame.trial + 1);
   }
   return map;
 }
 
-/// The map is what is placed, in the frame of its anchor. Returns that keyframe's id.
+/// Determines which keyframes form the map, and its anchor, whose frame the map has. Returns the anchor's id.
 int choose_map_and_anchor(SlamMap& map) {
   map.loops =
       static_cast<int>(std::count_if(map.solved_edges.begin(), map.solved_edges.end(),
@@ -197,12 +209,13 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   std::map<int, std::vector<PoseGraphEdge>> found;
   for (const auto& keyframe : record.keyframes) {
     if (!keyframe || keyframe->is_patch || record.searched[index(keyframe->id)]) continue;
-    if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
+    // Only a damaged record has such a keyframe; it stays without loops.
+    if (keyframe->id < newest_searched) continue;
     const auto& loops = found[keyframe->id] = search_loops(*keyframe);
     measured_.edges.insert(measured_.edges.end(), loops.begin(), loops.end());
     measured_.searched[index(keyframe->id)] = true;
   }
-  // As if all had been found in one go.
+  // The order is the same as if all loops had been found in one scan.
   std::stable_sort(measured_.edges.begin(), measured_.edges.end(),
                    [](const auto& a, const auto& b) { return a.to < b.to; });
   return found;

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Appends `next` to `all`, whose numbers go on.
+/// Appends `next` to `all`; the numbers of keyframes, trials and frames, and the times, run on.
 void append(ScanRecord& all, const ScanRecord& next) {
   const int keyframes = all.last_keyframe() + 1, trials = all.last_trial() + 1;
   const std::int64_t frames = all.next_frame();
@@ -50,7 +50,7 @@ void append(ScanRecord& all, const ScanRecord& next) {
   }
 }
 
-/// One record of all, with the loops between them.
+/// Returns one record of all scans, with the loops between them.
 ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& options, ProgressSink& progress,
                   const std::function<bool()>& stop_requested) {
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
@@ -65,7 +65,7 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
       std::int64_t done = 0;
       progress.begin("looking for common places", static_cast<std::int64_t>(added.size()));
       for (const Keyframe& keyframe : added) {
-        // A session has no way to tell of common places that were not looked for.
+        // A session cannot record that loops between its parts were not searched for.
         if (stop_requested()) throw Error("stopped; nothing was written");
         std::vector<PoseGraphEdge> loops = closer.recognize(keyframe);
         if (loops.size() > index(options.loop_closure.max_constraints))
@@ -101,7 +101,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
     records.push_back(read_scan(run, config.slam.registration));
-    // What an aborted scan has not searched for.
+    // Searches the loops of keyframes whose search was still outstanding when a scan was aborted.
     for (const auto& [keyframe, loops] : Mapper(config.slam).restore(records.back()))
       records.back().edges.insert(records.back().edges.end(), loops.begin(), loops.end());
     for (ScanPart& part : records.back().parts)

@@ -16,12 +16,13 @@ using namespace slam::detail;
 
 namespace {
 
-/// Feeds the whole log to `slam`; true when stopped before its end. Surfaces are made on a thread of their
-/// own while earlier ones are tracked and loops are searched.
+/// Tracks the whole log with `slam` and returns whether it was stopped early. Surfaces are computed on
+/// another thread, while earlier ones are tracked and loops are searched for.
 bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, StageTimer& timer,
                ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
-  // A keyframe's loops take as long as ten to twenty surfaces, of 1.7 MB each.
+  // Searching the loops of a keyframe takes as long as computing ten to twenty surfaces. Each queued surface
+  // takes 1.7 MB.
   BoundedQueue<SurfaceStream::Item> surfaces{12};
   std::future<void> all_made = std::async(std::launch::async, [&] {
     const QueueCloser end{surfaces};
@@ -30,7 +31,7 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
       if (!surfaces.push(*std::move(item))) return;
     }
   });
-  const QueueCloser end{surfaces};  // its thread ends, whatever happens here
+  const QueueCloser end{surfaces};  // Ends the thread above even if an exception leaves this function.
   std::int64_t done = 0;
   bool stopped = false;
   while (const auto item = stopped ? std::nullopt : surfaces.pop()) {
@@ -46,7 +47,7 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
   return stopped;
 }
 
-/// What the stream knows of its log.
+/// Begins the report with what the stream knows about the log.
 RunReport report_of(const SurfaceStream& stream, const std::filesystem::path& log) {
   RunReport report;
   report.log = std::filesystem::absolute(log).lexically_normal().string();
@@ -90,10 +91,11 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    // Stopped while tracking: what was seen is refined all the same. Stopped now: the rest is left out.
+    // If tracking was stopped, the part that was tracked is still refined. If the user stops now, the rest of
+    // the refinement is left out.
     map = slam->finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
-  slam.reset();  // what follows takes memory, too
+  slam.reset();  // Later steps need the memory.
   RunReport report = report_of(stream, log);
   report.partial = stopped || stop_requested();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);

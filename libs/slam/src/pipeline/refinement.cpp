@@ -1,3 +1,9 @@
+// Overlap edges (not in the paper). When the pose graph is solved, the overlap of every pair of keyframes is
+// predicted from their poses: the fraction of points of the smaller contact that lie on the other contact,
+// within a tolerance of height. The pairs with the largest overlap that have no edge yet are verified from
+// the predicted pose and become loop edges. This replaces drift along chains of keyframes by direct
+// measurements.
+
 #include "gelslam/slam/refinement.hpp"
 
 #include <algorithm>
@@ -13,8 +19,8 @@
 namespace gelslam {
 namespace {
 
-/// Where a contact lies and how deep, on a grid coarse enough to be kept for every keyframe of a large map:
-/// pairs of keyframes are many, and unpacking their surfaces for each would take minutes.
+/// Position and depth of a contact on a coarse grid. It is small enough to be kept for every keyframe of a
+/// large map, where decompressing two surfaces for each of the many pairs would take minutes.
 class ContactGrid {
  public:
   explicit ContactGrid(const Surface& surface)
@@ -22,7 +28,7 @@ class ContactGrid {
         extent_(extent_of(points_mm_)),
         coarse_(surface, /*cell_px=*/4) {}
 
-  /// Share of the smaller contact that lies on the other's.
+  /// Returns the fraction of the smaller contact that coincides with the other one.
   static double overlap(const ContactGrid& a, const ContactGrid& b, const Pose& a_T_b) {
     if (!may_overlap(a.extent_, b.extent_, a_T_b)) return 0.0;
     return a.points_mm_.size() < b.points_mm_.size() ? shown_share(a.points_mm_, b.coarse_, a_T_b.inverse())
@@ -40,9 +46,10 @@ struct Candidate {
   double overlap;
 };
 
-/// A keyframe where the pose graph puts it.
+/// A keyframe at its pose in the solved pose graph.
 struct PosedKeyframe {
-  std::shared_ptr<const Keyframe> keyframe;  ///< null: there is none of this id, or it is a patch
+  /// Null if there is no keyframe with this id, or if it is a patch.
+  std::shared_ptr<const Keyframe> keyframe;
   Pose component_T_keyframe = Pose::Identity();
   int component = -1;
   std::optional<ContactGrid> contact;
@@ -60,8 +67,8 @@ std::vector<PosedKeyframe> posed(const std::vector<std::shared_ptr<const Keyfram
   return all;
 }
 
-/// Earlier keyframes that should share enough with `to` to be verified and are not linked to it, most overlap
-/// first, as many as allowed.
+/// Returns earlier keyframes that should overlap `to` by enough to be verified and have no edge to it, those
+/// with the largest overlap first, at most as many as the options allow.
 std::vector<Candidate> overlapping(int to, const std::vector<PosedKeyframe>& keyframes,
                                    const std::set<std::pair<int, int>>& linked, const SlamOptions& options) {
   const PosedKeyframe& newer = keyframes[index(to)];
@@ -108,7 +115,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
   const auto motion_between =
       motions_between(edges, solution.edge_outlier, gradient_scale_sigma(keyframes, options.gradient_scale));
-  std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
+  std::vector<std::vector<PoseGraphEdge>> found(all.size());  // Indexed by the newer keyframe.
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];
     if (!newer.keyframe || stop_requested()) return;

@@ -99,9 +99,10 @@ void MapSnapshot::add(const NewKeyframe& added, const GradientScaleOptions& opti
 
 namespace {
 
-/// With what large turns do to the translation: the frame lies off by V(w) p of its perturbation (w, p), to
-/// second order p + w x p / 2. A ball that was rolled without its turning being seen is off along z as well,
-/// although to first order z was read. The moments are those of a normal distribution.
+/// Adds to the covariance what large rotations do to the translation. An error (w, p) displaces the frame by
+/// V(w) p, which to second order is p + w x p / 2. For example, if a ball rolls and its rotation is not
+/// observable, the height of the sensor is wrong, too, although to first order it was measured. The fourth
+/// moments are those of a normal distribution.
 Matrix6d with_second_order(Matrix6d covariance) {
   const Matrix6d first = covariance;
   const auto moment = [&first](int a, int b, int c, int d) {
@@ -131,7 +132,7 @@ std::optional<MapPlace> TrialMap::add(const TrackedFrame& frame) {
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (!added.edge) map_ = {};
     map_.add(added, options_);
-    map_.nodes.back().surface = {};  // nobody asks for it
+    map_.nodes.back().surface = {};  // The surface of a node of this map is not used.
   }
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   return map_.pose_of(record_of(frame));

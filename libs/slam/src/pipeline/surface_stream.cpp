@@ -14,8 +14,9 @@
 namespace gelslam {
 namespace {
 
-// In how many times the background's frames it is looked for where a log does not begin with it.
-constexpr std::size_t kLookAhead = 4;  // All of them are held in memory.
+// If a log does not begin with bare gel, the background is searched for within this many times the number of
+// background frames.
+constexpr std::size_t kLookAhead = 4;  // All of these images are held in memory.
 
 std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
   if (input.background_frames)
@@ -26,9 +27,9 @@ std::string ended_early(std::size_t frames, const LogInput& input, int wanted) {
          "background picture)";
 }
 
-/// Some dozens of pictures, evenly from a whole log.
+/// Returns up to 64 images at even distances over the whole log.
 std::deque<TactileImage> some_of(FrameSource& log) {
-  EvenSample<TactileImage> sample(64);  // memory
+  EvenSample<TactileImage> sample(64);  // The number bounds the memory.
   for (std::int64_t i = 0; std::optional<TactileImage> image = log.next(); ++i)
     sample.add(i, std::move(*image));
   std::deque<TactileImage> some;
@@ -81,7 +82,8 @@ SurfacePtr FrameToSurface::push(cv::Mat3b& bgr, std::int64_t index) {
 
 void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index) {
   if (named_ && index < named_->first) return;
-  // Damaged pictures have numbers, too, so that those behind them do not become background.
+  // Frames are counted by their index, so that damaged images within the background's range do not let later
+  // images become background.
   const std::int64_t wanted = config_.background_frames;
   if (last_for_background_ < 0)
     last_for_background_ = named_ ? named_->last : (index < wanted ? 0 : index) + wanted - 1;
@@ -108,7 +110,8 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr, std::int64_t index)
   compares_ ? compare_with(background_image(pictures)) : set_background(background_image(pictures));
 }
 
-/// Other lamps or another model are likelier than an imprint that is read, but not than motion that is seen.
+/// If contact is only inferred from an imprint, other lamps or another model are a more likely cause, and
+/// their warnings come first. If the images move, contact is certain, and its reason comes first.
 void FrameToSurface::explain_refusal(const cv::Mat3b& background) {
   std::string warnings;
   if (!refusal_.turned)
@@ -119,7 +122,7 @@ void FrameToSurface::explain_refusal(const cv::Mat3b& background) {
   append_sentence(refusal_.reason, warnings);
 }
 
-/// With what a log begins with.
+/// Compares the background that the user named with the first images of the log.
 void FrameToSurface::compare_named_background(const std::deque<TactileImage>& first) {
   const std::vector<cv::Mat3b> pictures = brightened(first);
   const cv::Mat3b seen = background_image(pictures);
@@ -137,14 +140,14 @@ void FrameToSurface::compare_named_background(const std::deque<TactileImage>& fi
 }
 
 void FrameToSurface::compare_background() {
-  compares_ =
-      estimator_.has_value();  // else what was gathered for the first background does not belong to it
+  // If there is no background yet, the images gathered so far do not belong to it.
+  compares_ = estimator_.has_value();
   named_.reset();
   last_for_background_ = -1;
   candidates_.clear();
 }
 
-/// As the estimator sees it: light that it can follow is no difference.
+/// The estimator decides what differs, because changes of light that it can compensate do no harm.
 void FrameToSurface::compare_with(const cv::Mat3b& background) {
   compares_ = false;
   const int changed_px = estimator_->estimate(background)->contact_pixels;
@@ -220,7 +223,8 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
     if (!image) throw Error(ended_early(seen.size(), input, config.background_frames));
     background_items_.push_back(bare_item(*image));
     if (!ask) seen.push_back({image->bgr.clone(), image->time_s, image->index, image->unix_us});
-    if (SurfacePtr surface = frames_.push(image->bgr, image->index))  // behind a damaged picture
+    // A damaged image was skipped, and this one is beyond the background already.
+    if (SurfacePtr surface = frames_.push(image->bgr, image->index))
       background_items_.back() = {*std::move(image), std::move(surface)};
     const BackgroundCheck& refusal = frames_.refusal();
     if (!refusal.contact && !refusal.markers) continue;
@@ -246,7 +250,7 @@ void SurfaceStream::read_ahead(std::deque<TactileImage>& seen, std::size_t most)
   }
 }
 
-/// For the background beyond the pictures `seen`.
+/// Searches for the background beyond the images in `seen`; returns whether it was found.
 bool SurfaceStream::look_further(std::deque<TactileImage> seen, std::size_t most,
                                  const std::filesystem::path& log) {
   read_ahead(seen, most);

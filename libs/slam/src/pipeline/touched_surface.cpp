@@ -1,3 +1,8 @@
+// How much of the touched surface is in the mesh. The contact of each keyframe is divided into small squares.
+// The area of a square is divided by the number of keyframes of the same component that show it, so that the
+// sum over all keyframes counts every part of the object once. A square is in the mesh when a vertex is near
+// its center. It counts as not joined when no keyframe that shows it is placed in the map.
+
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -12,7 +17,7 @@
 namespace gelslam {
 namespace {
 
-/// The points of a contact, and the sides of what each stands for: a square of the picture.
+/// Center points of a contact's squares, with two edge vectors per square (mm, in the keyframe's frame).
 struct TouchedPatch {
   std::vector<Eigen::Vector3d> points_mm;
   std::vector<std::array<Eigen::Vector3d, 2>> sides_mm;
@@ -27,7 +32,7 @@ TouchedPatch patch_of(const Surface& surface, double gradient_scale) {
     return camera.point_mm({u, v}, static_cast<double>(surface.height_mm(v, u)) / gradient_scale);
   };
   constexpr int kHalf = kContactPointStepPx / 2;
-  // From the first pixel of a square to its last is one less than its side.
+  // The distance from the first to the last pixel of a square is one pixel less than its side.
   constexpr double kWhole = kContactPointStepPx / (kContactPointStepPx - 1.0);
   std::vector<Eigen::Vector3d> points_mm;
   std::vector<std::array<Eigen::Vector3d, 2>> sides_mm;
@@ -51,7 +56,7 @@ TouchedSquare square_at(const Pose& pose, const Eigen::Vector3d& point_mm,
   return {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5)};
 }
 
-/// Another contact that may show points of one.
+/// Another keyframe that may show points of a contact.
 struct Beside {
   const ContactRelief* relief;
   Pose other_T_patch;
@@ -64,7 +69,7 @@ RunReport::Touched touched_surface(const MapSnapshot& map, const Mesh& mesh, int
                                    std::vector<TouchedSquare>* not_in_mesh) {
   const std::vector<MapSnapshot::Node>& nodes = map.nodes;
   if (nodes.empty()) return {};
-  double reach_mm = typical_edge_mm(mesh);  // a place of the mesh is nearer to a vertex
+  double reach_mm = typical_edge_mm(mesh);  // Every point of the mesh is nearer than this to a vertex.
   std::vector<std::optional<TouchedPatch>> patches(nodes.size());
   parallel_for(nodes.size(), threads, [&](std::size_t i) {
     patches[i] = patch_of(*nodes[i].surface.get(), map.gradient_scale.mean());

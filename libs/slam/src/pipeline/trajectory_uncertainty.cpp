@@ -1,3 +1,6 @@
+// Uncertainty of a map's trajectory: two standard deviations of the poses, and intervals in which a motion
+// was not observable. The worst twentieth of the poses does not count.
+
 #include "gelslam/slam/trajectory_uncertainty.hpp"
 
 #include <fmt/core.h>
@@ -13,12 +16,14 @@
 namespace gelslam {
 namespace {
 
-// Where surfaces fit each other at all, no pose is known this badly.
+// Larger errors than these do not occur in a map whose surfaces fit each other. They mean that the image is
+// mirrored, or that the gradient model belongs to another sensor.
 constexpr double kImplausibleMm = 10.0, kImplausibleDeg = 90.0;
 
 constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
 
-/// What one pose in twenty exceeds: a touch that is faint for a moment, or begins, is no drift.
+/// Returns the 95 % quantile of the poses' uncertainty, so that a faint contact of a few frames, or the
+/// beginning of a touch, is not reported as drift.
 RunReport::Drift large_drift(std::vector<RunReport::Drift> poses) {
   if (poses.empty()) return {};
   const auto at = std::prev(poses.end(), 1 + std::ssize(poses) / 20);

@@ -103,10 +103,11 @@ OptionList describe(Config& config) {
   };
 }
 
-/// What follows from the keys, and what they must be to each other.
+/// Sets values that depend on several keys, and checks the keys against each other.
 Config completed(Config config, const std::filesystem::path& name) {
   const FusionOptions& fusion = config.slam.fusion;
-  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
+  // Checked here and not only by fuse(), after the whole log was processed.
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)
     throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
   const SensorProfile& sensor = config.sensor;
   if (!is_possible_picture({sensor.width_px, sensor.height_px}, sensor.pixel_pitch_mm))

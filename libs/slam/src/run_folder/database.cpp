@@ -19,10 +19,11 @@ namespace fs = std::filesystem;
 
 constexpr int kApplicationId = 0x47534C4D;  // "GSLM" in ASCII
 constexpr int kVersion = 6;
-constexpr int kVersions = 256;  // Beyond it is the scan's own number.
+// The higher bits of the user version contain a number that identifies the scan.
+constexpr int kVersions = 256;
 constexpr int kLargestValueBytes = 1 << 28, kBusyMs = 10'000;
 
-/// docs/file-formats.md has their meaning.
+/// The columns are described in docs/file-formats.md.
 constexpr std::array kTables = {
     "CREATE TABLE parts(id INTEGER PRIMARY KEY, first_frame INTEGER, sensor TEXT, model_crc32 INTEGER, log "
     "TEXT)",
@@ -38,7 +39,7 @@ constexpr std::array kTables = {
     "CREATE TABLE map_edges(id INTEGER PRIMARY KEY, from_keyframe INTEGER, to_keyframe INTEGER, kind TEXT, "
     "outlier INTEGER)"};
 
-/// A name that SQLite takes options from.
+/// Returns the file name as a URI, which can hold options for SQLite.
 std::string uri_of(const fs::path& file, bool never_changes) {
   std::string uri = "file://";
   for (const char c : fs::absolute(file).string())
@@ -46,20 +47,21 @@ std::string uri_of(const fs::path& file, bool never_changes) {
   return uri + (never_changes ? "?immutable=1" : "");
 }
 
-/// Nobody has written since the last writer has closed it: it can be read without a lock or a file beside it.
+/// True if the last writer has closed the file and no write-ahead log is left. The file can then be read
+/// without a lock and without auxiliary files.
 bool is_at_rest(const fs::path& file) {
   std::error_code code;
   const std::uintmax_t bytes = fs::file_size(file.string() + "-wal", code);
   return code || bytes == 0;
 }
 
-/// What the file itself says, whatever a write-ahead log does: its user version.
+/// Reads the user version directly from the file's header, without the write-ahead log.
 std::int64_t mark_in(const fs::path& file) {
   std::array<unsigned char, 4> bytes{};
   if (!std::ifstream(file, std::ios::binary)
            .seekg(60)
            .read(reinterpret_cast<char*>(bytes.data()), bytes.size()))
-    refuse("cannot be read: " + errno_text());  // as without a descriptor that is free
+    refuse("cannot be read: " + errno_text());  // This also happens when no file descriptor is free.
   return bytes[0] << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
 }
 
@@ -90,18 +92,19 @@ void Database::open(std::uint32_t scan) {
   if (access_ == Access::create) {
     make_tables(scan);
   } else {
-    if (access_ == Access::read) connection_->exec("BEGIN");  // all that is read is of one moment
+    // One transaction, so that everything read belongs to one state.
+    if (access_ == Access::read) connection_->exec("BEGIN");
     check_tables();
   }
   if (access_ != Access::write) return;
   connection_->exec("PRAGMA synchronous=FULL");
   if (connection_->execAndGet("PRAGMA journal_mode").getString() == "wal") return;
-  connection_->exec("PRAGMA journal_mode=MEMORY");  // else a journal is made for the next step
+  connection_->exec("PRAGMA journal_mode=MEMORY");  // Otherwise the next statement creates a journal file.
   if (connection_->execAndGet("PRAGMA journal_mode=WAL").getString() != "wal")
     refuse("its disk takes no write-ahead log of SQLite");
 }
 
-/// Of a new file, which goes if this fails.
+/// Creates the tables of a new file. If this fails, the new file is removed.
 void Database::make_tables(std::uint32_t scan) {
   connection_->exec("PRAGMA journal_mode=MEMORY");
   transact([&](SQLite::Database& connection) {
@@ -120,7 +123,8 @@ void Database::check_tables() {
                        version < kVersion ? "an older" : "a newer", version, kVersion,
                        version < kVersion ? "reconstruct the log again" : "update gelslam"));
   SQLite::Statement tables(*connection_,
-                           "SELECT sql FROM sqlite_schema WHERE name NOT GLOB 'sqlite_stat?'");  // of ANALYZE
+                           // sqlite_stat tables come from ANALYZE.
+                           "SELECT sql FROM sqlite_schema WHERE name NOT GLOB 'sqlite_stat?'");
   std::size_t found = 0;
   for (; tables.executeStep(); ++found)
     if (found == kTables.size() || tables.getColumn(0).getString() != kTables[found]) refuse(kNotASession);
@@ -130,7 +134,7 @@ void Database::check_tables() {
 void Database::fail(const SQLite::Exception& error) const {
   const int system = connection_ ? sqlite3_system_errno(connection_->getHandle()) : errno;
   const int code = error.getErrorCode() & 0xFF;
-  std::string why = error.what();  // refuse()
+  std::string why = error.what();  // The message given to refuse().
   if (code == SQLITE_BUSY) {
     why = "another program is using it";
   } else if (std::set{SQLITE_CORRUPT, SQLITE_NOTADB, SQLITE_ERROR, SQLITE_TOOBIG, SQLITE_CONSTRAINT}.contains(

@@ -16,19 +16,20 @@
 
 namespace gelslam::slam::detail {
 
-/// session.db of a run, for one thread.
+/// The database file session.db of a run. To be used by one thread.
 class Database {
  public:
   enum class Access { read, write, create };
 
-  /// A file that is read or written has to hold the tables that a new one gets, and nothing else: no view or
-  /// trigger, and no other version; what ANALYZE adds is passed over. Who reads makes no file, and sees one
-  /// moment. Who writes keeps what was committed after kill -9 and a power loss (write-ahead log). `scan`: a
-  /// number of its own for a file that is made, by which the write-ahead log of another one is refused.
-  /// Throws Error.
+  /// Opens or creates the file. An existing file must contain exactly the tables that the program creates, in
+  /// its own version, without views or triggers (statistics of ANALYZE are ignored). A reader creates no
+  /// files and sees one consistent state. What a writer has committed survives kill -9 and a power loss
+  /// (write-ahead log). `scan` is a number that identifies a new file, so that a write-ahead log of another
+  /// file is refused. Throws Error.
   Database(std::filesystem::path file, Access access, std::uint32_t scan = 0);
 
-  /// Gives `work` the connection. What SQLite throws, and refuse(), becomes an Error that names the file.
+  /// Calls `work` with the connection. Exceptions of SQLite and refuse() are converted to an Error that names
+  /// the file.
   template <typename Work>
   auto with(const Work& work) {
     try {
@@ -37,7 +38,7 @@ class Database {
       fail(error);
     }
   }
-  /// All that `work` writes, or nothing.
+  /// Runs `work` in one transaction, so that everything or nothing is written.
   template <typename Work>
   void transact(const Work& work) {
     with([&](SQLite::Database& connection) {
@@ -60,10 +61,10 @@ class Database {
 
 inline constexpr const char* kNotASession = "damaged, or not a session of gelslam";
 
-/// What is wrong with a file, within Database::with().
+/// To be called within Database::with(): throws with the reason why a file is refused.
 [[noreturn]] inline void refuse(const std::string& why) { throw SQLite::Exception(why); }
 
-/// Bytes, unlike text.
+/// Marks a string that is bound as a BLOB and not as TEXT.
 struct Blob {
   std::string bytes;
 };
@@ -80,7 +81,7 @@ void bind(SQLite::Statement& statement, int place, const std::optional<Value>& v
   value ? bind(statement, place, *value) : statement.bind(place);  // NULL
 }
 
-/// Runs a statement with these values in the place of its question marks.
+/// Runs a statement with the given values in place of its question marks.
 template <typename... Values>
 void run(SQLite::Statement& statement, const Values&... values) {
   int place = 0;
@@ -94,7 +95,7 @@ void run(SQLite::Database& database, const char* sql, const Values&... values) {
   run(statement, values...);
 }
 
-/// Numbers in a row of session.db, as docs/file-formats.md says. There a checksum follows them.
+/// Array of numbers stored as a BLOB, followed by a checksum (docs/file-formats.md).
 template <std::size_t count>
 using Numbers = std::array<double, count>;
 

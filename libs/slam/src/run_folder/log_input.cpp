@@ -40,7 +40,8 @@ FoundConfig config_of_log(const LogInput& input) {
   return found;
 }
 
-/// In a narrower picture than they were measured in, the lens shows less of its border.
+/// Returns the optics of a GelSight Mini. If the image is narrower than the one in which they were measured,
+/// the distortion at its border is smaller.
 SensorOptics mini_optics(const SensorProfile& sensor) {
   const SensorProfile mini;
   const double width = sensor.width_px * sensor.pixel_pitch_mm / (mini.width_px * mini.pixel_pitch_mm);
@@ -49,7 +50,7 @@ SensorOptics mini_optics(const SensorProfile& sensor) {
   return optics;
 }
 
-/// Where the configuration says no optics.
+/// Completes the configuration if it contains no optics.
 void add_optics(const LogInput& input, Config& config) {
   if (config.optics_from != "default") return;
   const fs::path folder = fs::is_directory(input.log) ? input.log : input.log.parent_path();
@@ -84,11 +85,13 @@ LogAttachments attachments_of(const Config& config) {
   Config stored = config;
   fs::path& model = stored.sensor.calibration_model_path;
   if (!model.empty()) {
-    // A log with a broken model would be found out too late. Its optics may lie in a file beside it.
+    // The model is read here so that a broken model is found before the log is recorded. Its optics may come
+    // from a file beside it.
     stored.surface.optics = read_gradient_model(model).optics.value_or(stored.surface.optics);
     attachments.model = model_bytes(model);
   }
-  model.clear();  // it is in the log, and this machine's paths mean nothing elsewhere
+  // The model is attached to the log itself, and paths of this computer have no meaning on another one.
+  model.clear();
   attachments.config_yaml = write_config(stored);
   return attachments;
 }
@@ -116,7 +119,8 @@ Config resolve_config(const LogInput& input) {
     }
     return found.config;
   }
-  if (!input.log.empty()) open_frame_source(input.log, found.config.sensor)->next();  // first what is no log
+  // Reported first if the file is no log at all.
+  if (!input.log.empty()) open_frame_source(input.log, found.config.sensor)->next();
   throw Error("no gradient model: name one (nnmodel.pth), or calibration_model_path in " +
               (found.from.empty() ? std::string("a configuration") : found.from));
 }

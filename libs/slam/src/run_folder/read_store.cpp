@@ -22,14 +22,16 @@ namespace {
 namespace fs = std::filesystem;
 using Access = Database::Access;
 
-// What a session may name. Beyond it, files are forged or damaged: programs that number on, add poses or make
-// lists by these numbers rely on it.
-constexpr int kMaxKeyframeId = kMaxScanFrames - 1, kMaxTrial = kMaxKeyframeId;  // each has a frame of its own
+// Bounds of the values in a session. Larger values mean that the file is damaged or forged. Code that
+// continues numbers, adds poses or allocates by these numbers relies on the bounds.
+// Each keyframe and each trial has at least one frame.
+constexpr int kMaxKeyframeId = kMaxScanFrames - 1, kMaxTrial = kMaxKeyframeId;
 constexpr std::int64_t kMaxFrame = 1'000'000'000'000;
-constexpr double kMaxDistanceMm = 1e6;    // as in trajectories
-constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
+constexpr double kMaxDistanceMm = 1e6;    // The same limit as in trajectories.
+constexpr double kMaxInformation = 1e12;  // The square of the inverse of 1e-6 rad or mm.
 
-/// The rows of a query by its first column, a number. That it ascends bounds what a forged file can give.
+/// Rows of a query in ascending order of their first column, an integer. The required order limits how many
+/// rows a forged file can return.
 class Rows {
  public:
   Rows(SQLite::Database& database, const char* sql) : statement_(database, sql) {}
@@ -40,7 +42,7 @@ class Rows {
     return true;
   }
 
-  // A column of the row. Another type is refused, and a number that is not within the bounds.
+  // Return a column of the row. A value of another type or outside the bounds is refused.
   bool is_null(int column) const { return statement_.isColumnNull(column); }
   template <typename Integer>
   Integer integer(int column, std::int64_t least, Integer most) const {
@@ -110,7 +112,8 @@ TrackStatus status_in(const Rows& row, int column) {
   for (const TrackStatus status :
        {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost})
     if (name(status) == text) return status;
-  if (text == "undone") return TrackStatus::lost;  // taken back, by an older program
+  // Written by older versions for frames that they withdrew.
+  if (text == "undone") return TrackStatus::lost;
   refuse("unknown status of a frame");
 }
 
@@ -136,7 +139,7 @@ void read_parts(SQLite::Database& database, ScanRecord& record) {
   if (record.parts.empty()) refuse("holds the map of a mesh, and no scan");
 }
 
-/// An id that was given is never free again, whatever became of the keyframe.
+/// The ids of withdrawn keyframes are not reused, so the vector can contain null entries.
 void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registration, ScanRecord& record) {
   Rows rows(database,
             "SELECT id, frame, trial, surface, id NOT IN (SELECT keyframe FROM searched) AND id NOT IN "
@@ -148,7 +151,7 @@ void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registr
     keyframe->trial = rows.integer(2, 0, kMaxTrial);
     keyframe->is_patch = flag_in(rows, 4);
     record.keyframes.resize(static_cast<std::size_t>(keyframe->id) + 1);
-    if (rows.is_null(3)) continue;  // taken back, by an older program
+    if (rows.is_null(3)) continue;  // Withdrawn by an older version of the program.
     keyframe->surface = StoredSurface(surface_in(rows, 3, keyframe->id));
     keyframe->reference = StoredReference(keyframe->surface, registration);
     record.keyframes.back() = std::move(keyframe);
@@ -160,7 +163,7 @@ void read_keyframes(SQLite::Database& database, const NormalFlowOptions& registr
       record.searched[static_cast<std::size_t>(id)] = true;
 }
 
-/// Keyframe by keyframe. Those of keyframes that were taken back are left out.
+/// Reads the edges, sorted by their newer keyframe, without those of withdrawn keyframes.
 void read_edges(SQLite::Database& database, ScanRecord& record) {
   Rows rows(
       database,
@@ -201,10 +204,11 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
       frame.shared_center_mm = Eigen::Vector3d(rows.numbers<3>(7, kMaxDistanceMm).data());
       if (frame.trial < 0) refuse("a frame with a keyframe has no trial");
     }
-    const int observable = rows.integer(8, 0, 127);  // the seventh bit is an older program's
+    const int observable = rows.integer(8, 0, 127);  // The seventh bit was used by older versions.
     for (std::size_t i = 0; i < 6; ++i) frame.observable[i] = (observable >> i & 1) != 0;
     if (!rows.is_null(9)) frame.unix_us = rows.integer(9, 1, kMaxUnixUs);
-    if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;  // a kill came before it
+    // The program was killed before it wrote the keyframe.
+    if (!record.has_keyframe(frame.keyframe)) frame.keyframe = -1;
     record.frames.push_back(frame);
   }
   for (const auto& keyframe : record.keyframes)
@@ -214,7 +218,7 @@ void read_frames(SQLite::Database& database, ScanRecord& record) {
       refuse(fmt::format("keyframe {} is of a frame that is not there", keyframe->id));
 }
 
-/// Those in the map; `ids` of all that have one.
+/// Returns the poses of keyframes in the map. `ids` receives all keyframes that have a pose.
 std::map<int, Pose> read_poses(SQLite::Database& database, std::vector<int>& ids) {
   std::map<int, Pose> map_T_keyframe;
   Rows rows(database, "SELECT keyframe, in_map, pose FROM poses ORDER BY 1");
@@ -226,7 +230,8 @@ std::map<int, Pose> read_poses(SQLite::Database& database, std::vector<int>& ids
   return map_T_keyframe;
 }
 
-/// Returns the ids of all keyframes that were not taken back.
+/// Reads the surfaces of keyframes in the map into `session`. Returns the ids of all keyframes that were not
+/// withdrawn.
 std::vector<int> read_patches(SQLite::Database& database, const std::map<int, Pose>& map_T_keyframe,
                               MapSnapshot& session) {
   std::vector<int> ids;
@@ -295,7 +300,7 @@ std::optional<MapSnapshot> find_saved_map(const fs::path& run) {
               run.string() +
               ": the scan went on after its map was saved; fuse the run for the map of all of it";
         read_map_edges(database, session);
-        ScanRecord measured;  // what the map was made of must be whole, too
+        ScanRecord measured;  // The measurements of the map must be readable, too.
         read_edges(database, measured);
         read_frames(database, measured);
         return session;

@@ -41,7 +41,7 @@ std::string keyframe_trajectory(const SlamMap& map) {
   return text;
 }
 
-/// The outliers (loops that the rest contradicts), or all other edges.
+/// Returns the edges between keyframes of the map: either the outliers or all others.
 std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
   std::vector<PoseGraphEdge> edges;
@@ -59,14 +59,15 @@ void move_file(const fs::path& from, const fs::path& to) {
   if (code) throw Error(to.string() + ": cannot be written: " + code.message());
 }
 
-/// In the place of one that could not be written to. SQLite would take its log for that of the new one.
+/// Replaces a session that could not be written to. Its auxiliary files are removed first, because SQLite
+/// would take its write-ahead log for that of the new session.
 void replace_session(const fs::path& from, const fs::path& run) {
   std::error_code code;
   for (const char* beside : {"session.db-wal", "session.db-shm"}) fs::remove(run / beside, code);
   move_file(from, run / "session.db");
 }
 
-/// Of a message that names a file on its way: with the name that the file was to have.
+/// Replaces the temporary file name in a message by the final one.
 std::string in_run(std::string message) {
   const std::string on_the_way = std::string(kSaving) + "/";
   const std::size_t at = message.find(on_the_way);
@@ -115,7 +116,8 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
     if (report) write_file_atomically(run / "report.json", report_json(*report));
   };
   const std::optional<RunReport> before = find_report(run);
-  std::optional<RunReport> unfinished = before;  // until the new report comes, the last of a save's files
+  // Valid until the new report is written, which is the last file of a save.
+  std::optional<RunReport> unfinished = before;
   if (unfinished) unfinished->saved = false;
   write_report(unfinished);
   if (fs::exists(saving / "session.db", code))
@@ -123,7 +125,7 @@ void replace_results(const fs::path& run, const std::function<void(const fs::pat
   else if (map)
     try {
       Store(run).set_map(*map);
-    } catch (const Error&) {  // all of it or nothing
+    } catch (const Error&) {  // Either all of the save takes effect or nothing.
       fs::remove_all(saving, code);
       write_report(before);
       throw;
@@ -179,7 +181,7 @@ std::string GrowingRun::write_session(SessionQueue& measured,
       try {
         work(store);
         problem = leads_to(path, file) ? "" : path.string() + ": was removed; it is written again at the end";
-      } catch (const std::exception& error) {  // whatever it is, the scan goes on
+      } catch (const std::exception& error) {  // The scan must go on, whatever the exception is.
         problem = error.what();
       }
       if (!problem.empty()) say(problem);

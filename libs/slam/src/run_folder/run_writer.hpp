@@ -12,15 +12,16 @@
 
 namespace gelslam {
 
-/// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk
-/// is full.
+/// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when a file
+/// cannot be written.
 void write_run(const std::filesystem::path& folder, const Run& run);
-/// The same without the session, which a scan has written while it went on.
+/// As write_run(), but without the session, which was written during the scan.
 void write_results(const std::filesystem::path& folder, const Run& run);
 
-/// Replaces files of a run, which is locked, by those that `write` puts into a folder: results, and the
-/// session where that could not be written to. Then the run's session has `map`; null: the one that it had.
-/// Throws Error when the disk refuses. What that or a kill leaves half done is seen: is_unfinished().
+/// Replaces files of a run, which must be locked, by those that `write` creates in a temporary folder:
+/// results, and a new session if the old one could not be written to. Otherwise `map` is stored in the run's
+/// session; null leaves the session's map as it is. Throws Error when a file cannot be written. If that or a
+/// kill interrupts the replacement, is_unfinished() detects it.
 void replace_results(const std::filesystem::path& run,
                      const std::function<void(const std::filesystem::path&)>& write, const SlamMap* map);
 
@@ -29,39 +30,44 @@ namespace slam::detail {
 struct NewRun {
   std::filesystem::path folder;
   bool overwrite = false;
-  std::filesystem::path input = {};          ///< never replaced; empty: a camera
-  bool records = false;                      ///< a log is to grow in it
-  std::filesystem::path continued_run = {};  ///< whose session it begins with; never replaced
+  std::filesystem::path input = {};  ///< Must not be overwritten; empty for a camera.
+  bool records = false;              ///< The run folder contains a log that grows.
+  /// The new session starts as a copy of this run's session. Must not be overwritten.
+  std::filesystem::path continued_run = {};
 };
 
-/// The run folder of a scan that is still going on: it is there from the start, for what grows (session,
-/// log), and its other files are replaced whole at its end. In the place of a finished run, which is
-/// overwritten, it comes when it is whole; unless it holds a recording, which cannot be made again.
+/// The run folder of a scan in progress. It exists from the start for the files that grow (session, log); the
+/// other files are replaced as a whole at the end. If a finished run is to be overwritten, the new folder
+/// replaces it only when it is complete. An exception is a folder with a recorded log, which could not be
+/// recorded again and is therefore in place from the start.
 struct GrowingRun {
-  std::filesystem::path folder;  ///< where it is now
-  std::filesystem::path log;     ///< log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
-  ScanPart part;                 ///< what is scanned now
-  bool continues = false;        ///< the session does not have `part` yet
+  std::filesystem::path folder;  ///< Current path of the folder.
+  std::filesystem::path log;     ///< log.mkv, or log-2.mkv, log-3.mkv, ... for a part that continues a scan.
+  ScanPart part;                 ///< The part that is being scanned.
+  bool continues = false;        ///< True if the session does not contain `part` yet.
   std::shared_ptr<const FolderLock> lock;
-  std::shared_ptr<RunFolder> replacement;  ///< of the old run, until put_in_place(); null: there is none
+  /// The new folder until put_in_place() replaces the old run with it; null if there is no old run.
+  std::shared_ptr<RunFolder> replacement;
 
-  /// Writes what comes into the session until the queue is closed, as soon as the disk takes it. Gives `say`
-  /// what is wrong with it. Returns why it is not whole; or "".
+  /// Executes queued operations on the session until the queue is closed. Operations that the disk refuses
+  /// are tried again with the next ones. Problems are passed to `say`. Returns why the session is incomplete,
+  /// or "".
   std::string write_session(SessionQueue& measured, const std::function<void(const std::string&)>& say) const;
 
-  /// Throws Error when the disk is full, the folder may not be written or was moved, or a part would replace
-  /// a run; what was saved before is then still there. `session_problem`: why the session is not whole, so
-  /// that it is written; or "".
+  /// Saves the results. Throws Error when the disk is full, when the folder cannot be written or was moved,
+  /// or when a partial scan would replace a finished run; the earlier results are then kept.
+  /// `session_problem` says why the session is incomplete, so that it is written completely; or "".
   void save(const Run& run, const std::string& session_problem) const;
-  void put_in_place();  ///< after save(). Throws Error as RunFolder::commit()
+  void put_in_place();  ///< To be called after save(). Throws Error as RunFolder::commit().
 };
 
-/// Throws Error where begin_run() would. Makes nothing.
+/// Throws Error if begin_run() would. Creates nothing.
 void check_run(const NewRun& wanted);
-/// Makes the folder with what is known at the start, its session included. Its report says that nothing was
-/// saved yet. `first_frame`: of what is scanned now. Throws Error like RunFolder.
+/// Creates the run folder with the files that are known at the start, including the session. Its report says
+/// that nothing was saved yet. `first_frame` is the number of the part's first frame. Throws Error as
+/// RunFolder.
 GrowingRun begin_run(const NewRun& wanted, const Config& config, std::int64_t first_frame = 0);
-/// The folder of a scan that is continued. Throws Error when the folder cannot be written.
+/// Opens the run folder of a scan to continue it. Throws Error when the folder cannot be written.
 GrowingRun resume_run(const std::filesystem::path& folder, const ContinuedScan& scan,
                       const std::filesystem::path& input, bool records, const Config& config);
 

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Access = Database::Access;
 
-constexpr std::size_t kFramesAtOnce = 25;  // about one second: as much as a kill may cost
+constexpr std::size_t kFramesAtOnce = 25;  // About one second of frames, which a kill may lose.
 
 template <std::size_t count>
 Blob blob_of(const Numbers<count>& numbers) {
@@ -34,7 +34,7 @@ Numbers<12> numbers(const Pose& pose) {
   return values;
 }
 
-/// The upper half, row by row.
+/// Returns the upper triangle, row by row.
 Numbers<21> numbers(const Matrix6d& symmetric) {
   Numbers<21> values;
   std::size_t k = 0;
@@ -54,7 +54,7 @@ std::optional<std::int64_t> unless_negative(int value) {
   return value < 0 ? std::nullopt : std::optional<std::int64_t>(value);
 }
 
-/// What the column "observable" holds: one bit per motion.
+/// Returns the value of the column "observable": one bit per motion.
 int bits_of(const FrameRecord& frame) {
   int bits = 0;
   for (int i = 0; i < 6; ++i) bits |= int{frame.observable[static_cast<std::size_t>(i)]} << i;
@@ -111,7 +111,7 @@ void insert(SQLite::Database& database, const SlamMap& map) {
     run(edge, solved.from, solved.to, word(solved.kind), int{solved.outlier});
 }
 
-/// A scan's own. One log makes one file.
+/// Returns a number that identifies the scan. The same log always gives the same file.
 std::uint32_t number_of(const std::string& log) {
   return log.empty() ? std::random_device()() : crc32_of(log);
 }

@@ -12,12 +12,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What is uncertain about a tracked frame: the degenerate directions, and how far its pose may be off.
+/// Describes the uncertainty of a tracked frame: motions that are not observable, and the drift of its pose
+/// along the others.
 std::string pose_warning(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
   Vector6d of_observable = sigma;
+  // Axes that are not observable are already named.
   for (std::size_t axis = 0; axis < observable.size(); ++axis)
-    if (!observable[axis]) of_observable[static_cast<int>(axis)] = 0.0;  // said already
+    if (!observable[axis]) of_observable[static_cast<int>(axis)] = 0.0;
   std::string text = describe_observability(observable);
   append_sentence(text, describe_drift(of_observable));
   return text;
@@ -31,12 +33,12 @@ Json pose_json(const MapPlace* place) {
 
 Json covariance_json(const MapPlace* place) {
   if (place == nullptr) return nullptr;
-  // Symmetric: its rows are its columns.
+  // The matrix is symmetric, so column-major and row-major order are the same.
   const Matrix6d numbers = translation_first(place->map_T_frame.covariance, 1e-3);
   return std::vector<double>(numbers.data(), numbers.data() + numbers.size());
 }
 
-/// Fields `sigma_mm` and `sigma_deg`; null where there is no pose.
+/// Adds the fields `sigma_mm` and `sigma_deg`; null if there is no pose.
 void add_sigma(Json& json, const UncertainPose* pose) {
   json["sigma_mm"] = nullptr;
   json["sigma_deg"] = nullptr;

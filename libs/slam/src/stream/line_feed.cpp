@@ -18,10 +18,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kQueuedFrames = 256;          // ten seconds
-constexpr std::size_t kBytesOfKeyframes = 1 << 20;  // at once, before frames are looked for again
+constexpr std::size_t kQueuedFrames = 256;  // Ten seconds at 25 Hz.
+// Keyframe lines that are sent at once before frames are sent again.
+constexpr std::size_t kBytesOfKeyframes = 1 << 20;
 
-/// Every n-th contact pixel in both directions, so that there are about 1000; meters, rounded to 0.01 mm.
+/// Returns about 1000 contact points on a regular grid of pixels, in meters rounded to 0.01 mm.
 Json contact_points(const Surface& surface) {
   constexpr double kPoints = 1000.0;
   const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(surface.contact_pixels / kPoints))));
@@ -43,7 +44,8 @@ std::string keyframe_line(const MapSnapshot::Node& node, int scan) {
   return line.dump() + "\n";
 }
 
-/// `before` (may be null) is the map that the reader has: only what is elsewhere now is named.
+/// Returns the map as a line. It contains only keyframes that moved since `before`, the map that the reader
+/// has (may be null).
 std::string map_line(const MapSnapshot& map, const MapSnapshot* before, int scan) {
   Json keyframes = Json::array();
   for (const MapSnapshot::Node& node : map.nodes) {
@@ -157,7 +159,8 @@ std::string LineFeed::Reader::lines_of(const Lines& frame) {
   return lines;
 }
 
-/// Keyframes that were not sent yet, then the map that refers to them; "" when the newest was sent.
+/// Returns lines for keyframes that were not sent yet, and then for the map that refers to them; "" if the
+/// newest map was sent.
 std::string LineFeed::Reader::lines_of_map() {
   std::shared_ptr<const MapSnapshot> map;
   int scan = 0;
@@ -192,7 +195,7 @@ LineOutput::LineOutput(LineFeed& feed, const StreamOptions& options)
     : feed_(feed), thread_([this, reader = feed.open(options)] { run(*reader); }) {}
 
 void LineOutput::run(LineFeed::Reader& lines) {
-  sigset_t broken_pipe;  // a reader that is gone is no reason to end the program
+  sigset_t broken_pipe;  // A write to a pipe without a reader must not end the program.
   sigemptyset(&broken_pipe);
   sigaddset(&broken_pipe, SIGPIPE);
   ::pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
@@ -200,7 +203,7 @@ void LineOutput::run(LineFeed::Reader& lines) {
     if (!write(*text)) return;
 }
 
-/// False when nobody reads any more, or the end does not wait longer.
+/// Returns false when the pipe has no reader any more, or when the time to finish is over.
 bool LineOutput::write(const std::string& lines) {
   for (std::size_t done = 0; done < lines.size();) {
     pollfd out{STDOUT_FILENO, POLLOUT, 0};
@@ -208,7 +211,7 @@ bool LineOutput::write(const std::string& lines) {
     if (ending_ && Clock::now() > end_at_) return false;
     if ((out.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return false;
     if ((out.revents & POLLOUT) == 0) continue;
-    // What a ready pipe takes at once.
+    // A pipe that is ready accepts this many bytes without blocking.
     const ssize_t count =
         ::write(STDOUT_FILENO, lines.data() + done, std::min<std::size_t>(lines.size() - done, PIPE_BUF));
     if (count < 0 && errno != EAGAIN && errno != EINTR) {

@@ -39,7 +39,7 @@ void MeshFeed::set_whole(const Mesh& mesh) {
 
 MeshFeed::Changes MeshFeed::since(std::uint64_t version, std::size_t most_vertices) const {
   const std::lock_guard lock(mutex_);
-  // A version that was never given is one of an earlier program.
+  // A version larger than the newest one was given out by an earlier run of the program.
   Changes changes{version, version_, version < cleared_at_ || version > version_, {}};
   if (changes.cleared) changes.version = cleared_at_;
   std::size_t vertices = 0;

@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kOutlinePoints = 5000;
 constexpr double kLongestPlayS = 20;
-constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
+/// Position on the slider that counts as its end, because its very end is hard to hit.
+constexpr double kRightEnd = 0.999;
 constexpr double kSliderHeight = 46;  // design pixels
 
 std::vector<ActionRow> view_rows(bool has_time) {
@@ -45,7 +46,7 @@ std::vector<SceneColor> known_colors(bool has_second) {
   return known;
 }
 
-/// Of the mesh's vertices.
+/// Returns the distances of the mesh's vertices.
 std::vector<float> distances_mm(const Mesh& mesh, const TriangleScene& target) {
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3f& p : mesh.vertices_mm) points.push_back(p.cast<double>());
@@ -55,7 +56,7 @@ std::vector<float> distances_mm(const Mesh& mesh, const TriangleScene& target) {
   return distances;
 }
 
-/// As `evaluate` measures; nothing of a mesh without area.
+/// Returns the distances as `evaluate` measures them; empty for a mesh without area.
 std::vector<std::string> distance_notes(const Mesh& mesh, const TriangleScene& target) {
   try {
     const DistanceSummary distances = distances_from(mesh, target);
@@ -104,7 +105,7 @@ void ViewControls::step(int keyframes) {
   const std::vector<double>& all_s = history_->keyframes_s;
   const double now_s = time_s_.value_or(history_->end_s());
   const std::ptrdiff_t newest = std::upper_bound(all_s.begin(), all_s.end(), now_s) - all_s.begin() - 1;
-  // Beyond the last keyframe lies the run as it was saved; back from there the last keyframe is the first
+  // The run as saved comes after the last keyframe; going back from there, the last keyframe is the first
   // stop.
   const std::ptrdiff_t wanted = !time_s_ && keyframes < 0 ? newest : newest + keyframes;
   if (wanted >= std::ssize(all_s))
@@ -145,7 +146,7 @@ ViewWindow::ViewWindow(ViewContent first, std::optional<ViewContent> second, con
   first_scene_.set_mesh(first_.mesh, distances_mm(first_.mesh, target));
 }
 
-/// What was touched and known at the controls' time; or (nothing) as it was saved.
+/// Shows the touch and the map at the time of the controls, or the saved state if there is none.
 void ViewWindow::show_time() {
   shown_time_s_ = controls_.time_s();
   if (history() == nullptr) return;
@@ -160,9 +161,10 @@ void ViewWindow::show_time() {
   first_scene_.set_touch({node.surface.get(), session.gradient_scale.mean(), {{node.component_T_keyframe}}});
 }
 
-/// From outside, in front of most of the surface, its long side lying; all of it in view.
+/// Returns a camera that sees everything from outside, facing most of the surface, with its long side
+/// horizontal.
 OrbitCamera ViewWindow::whole_view(const Viewport& viewport) const {
-  std::vector<Eigen::Vector3f> outline;  // points all over both meshes
+  std::vector<Eigen::Vector3f> outline;  // Points distributed over both meshes.
   const auto add = [&outline](const Mesh& mesh) {
     for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += 1 + mesh.vertices_mm.size() / kOutlinePoints)
       outline.push_back(mesh.vertices_mm[i]);
@@ -174,7 +176,7 @@ OrbitCamera ViewWindow::whole_view(const Viewport& viewport) const {
   return camera.fitted(outline, parts(viewport).front());
 }
 
-/// Side by side: first, then second.
+/// Side by side: the first one, then the second one.
 std::vector<Viewport> ViewWindow::parts(const Viewport& whole) const {
   if (!second_) return {whole};
   const int left = whole.width / 2;
@@ -218,7 +220,7 @@ void ViewWindow::draw_frame(Ui& ui, double now_s) {
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
 }
 
-/// Only the first is colored by distance.
+/// Only the first one is colored by distance.
 void ViewWindow::draw_scenes() {
   const std::vector<Viewport> shown = parts(viewport());
   SceneStyle style = controls_.style();
@@ -294,7 +296,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Times count from the first log's start.
+/// Reads the history; its times count from the start of the first log.
 RunHistory read_history(RunFiles files) {
   RunHistory history{load_saved_map(files.folder), {}, std::move(files.trajectory)};
   for (StampedPose& pose : history.trajectory) pose.time_s -= files.start_s();

@@ -8,16 +8,16 @@
 
 namespace gelslam::viewer::detail {
 
-/// What is shown and how, without a pixel of how it looks.
+/// State of the window, independent of how it is drawn.
 class ViewControls : public SceneControls {
  public:
-  /// `history` (or null: no time) must stay.
+  /// `history` must outlive it; null if the content has no time.
   ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
                std::optional<double> time_s);
 
-  /// Place on the slider, 0 to 1; the right end is the run as it was saved.
+  /// Goes to a position on the slider, 0 to 1; the right end is the run as saved.
   void seek(double share);
-  /// Lets time go on while playing: all of a run in at most 20 s. True while it does.
+  /// Advances the time while playing, so that a run takes at most 20 s. Returns true while it plays.
   bool advance(double dt_s);
 
   bool has_time() const { return history_ != nullptr; }
@@ -38,17 +38,18 @@ class ViewControls : public SceneControls {
   bool plays_ = false;
 };
 
-/// The window of `gelslam view`, frame by frame: a run or mesh, alone or with a second one beside it, both
-/// under one camera. Touch, keyframes and trajectory of a run can be those of any time, on its saved surface.
+/// The window of `gelslam view`: a run or mesh, alone or with a second one beside it, both seen by the same
+/// camera. Touch, keyframes and trajectory of a run can be shown at any time, on its final surface.
 class ViewWindow : public SceneLoop {
  public:
-  /// `first` lies in the frame of `second`, or the distances, by which it is colored, mean nothing.
+  /// `first` must be in the frame of `second`; otherwise the distances by which it is colored have no
+  /// meaning.
   ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
   ~ViewWindow() override { host().make_current(); }
 
   ViewControls& controls() override { return controls_; }
-  const Box& track() const { return track_; }  ///< of the slider; empty without one
-  /// The view with titles, legend and scale, without buttons, from where the window begins.
+  const Box& track() const { return track_; }  ///< The slider; empty if there is none.
+  /// Draws the initial view with titles, legend and scale, without buttons.
   cv::Mat3b snapshot();
 
  private:

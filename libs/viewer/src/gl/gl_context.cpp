@@ -2,7 +2,7 @@
 
 #include <dlfcn.h>
 #include <epoxy/gl.h>
-// after epoxy, which replaces the system's GL header
+// Included after epoxy, which replaces the system's GL header.
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace gelslam::viewer {
 namespace detail {
 namespace {
 
-constexpr int kSamples = 4;  // of a pixel
+constexpr int kSamples = 4;  // Samples per pixel.
 
 constexpr const char* kWithoutWindow =
     "--snapshot FILE draws a picture without a display; scan and calibrate work without one with "
@@ -30,7 +30,7 @@ std::string glfw_reason() {
   return text != nullptr ? text : "unknown reason";
 }
 
-/// The environment names a display that a window could open on.
+/// Says whether the environment names a display.
 bool has_display() {
   const auto is_set = [](const char* variable) {
     const char* value = std::getenv(variable);
@@ -39,15 +39,15 @@ bool has_display() {
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 }
 
-/// Mesa's, without a GPU.
+/// Says whether the renderer is Mesa's software renderer.
 bool is_software_renderer() {
   const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const std::string_view renderer = name != nullptr ? name : "";
   return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
 }
 
-/// A display that needs no screen: Mesa's surfaceless one, else the first device (other vendors), else the
-/// default.
+/// Returns a display that needs no screen: Mesa's surfaceless one, else the first device (other vendors),
+/// else the default.
 EGLDisplay screenless_display() {
   if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
@@ -68,7 +68,7 @@ GlContext::~GlContext() {
     glfwDestroyWindow(window_);
     glfwTerminate();
   }
-  // The display is the process's: other contexts may live on it.
+  // The display belongs to the process, and other contexts may use it.
   if (context_ != EGL_NO_CONTEXT) {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);
@@ -98,13 +98,14 @@ bool GlContext::open_egl() {
 }
 
 void GlContext::open_window(const WindowLoopOptions& options, int samples) {
-  // Not asked of GLFW: from version 3.4 on, Wayland's library writes to stderr when there is none.
+  // GLFW is not asked, because from version 3.4 on, the Wayland library prints an error if there is no
+  // display.
   const std::string problem = !has_display()            ? "there is no display (DISPLAY is not set)"
                               : glfwInit() != GLFW_TRUE ? glfw_reason()
                                                         : "";
   if (!problem.empty()) throw Error("cannot open a window: " + problem + "; " + kWithoutWindow);
   create_window(options, samples);
-  // Where the processor draws, several samples per pixel take it twice as long.
+  // With a software renderer, several samples per pixel take twice the time.
   if (samples > 0 && is_software_renderer()) {
     glfwDestroyWindow(std::exchange(window_, nullptr));
     create_window(options, 0);
@@ -115,7 +116,8 @@ void GlContext::open_window(const WindowLoopOptions& options, int samples) {
   glfwShowWindow(window_);
 }
 
-/// No larger than the screen has room for, frame included: what lies beyond its edge cannot be reached.
+/// Limits the window, with its frame, to the size of the screen, because parts beyond its edge cannot be
+/// reached.
 void GlContext::fit_to_screen() {
   int width = 0, height = 0, left = 0, top = 0, right = 0, bottom = 0, room_x = 0, room_y = 0, room_width = 0,
       room_height = 0;
@@ -150,8 +152,8 @@ void GlContext::create_window(const WindowLoopOptions& options, int samples) {
   glfwMakeContextCurrent(window_);
 }
 
-/// Throws std::bad_alloc where there is less than what Mesa's software renderer takes, with its threads:
-/// where it gets no more, it ends the program.
+/// Throws std::bad_alloc if there is less memory than Mesa's software renderer needs with its threads,
+/// because it ends the program when it gets none.
 GlContext::GlContext() {
   ::operator delete(::operator new((512 + 64 * std::size_t{std::thread::hardware_concurrency()}) << 20));
 }
@@ -227,14 +229,14 @@ void require_display() { detail::GlContext::window({.visible = false}); }
 void before_display_loss_ends_it(std::function<void()> work) {
   static std::function<void()> wanted;
   wanted = std::move(work);
-  void* xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);  // as GLFW has it
+  void* xlib = dlopen("libX11.so.6", RTLD_LAZY | RTLD_NOLOAD);  // The library that GLFW has loaded.
   using SetHandler = void (*)(int (*)(void*));
   const auto set_handler =
       xlib != nullptr ? reinterpret_cast<SetHandler>(dlsym(xlib, "XSetIOErrorHandler")) : nullptr;
   if (set_handler != nullptr)
     set_handler([](void*) {
       if (wanted) wanted();
-      std::_Exit(1);  // exit(), as Xlib's own does, takes away what other threads use
+      std::_Exit(1);  // exit(), which Xlib's handler calls, would destroy objects that other threads use.
       return 0;
     });
 }

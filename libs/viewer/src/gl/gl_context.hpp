@@ -12,15 +12,15 @@ struct GLFWwindow;
 
 namespace gelslam::viewer::detail {
 
-/// An OpenGL 3.3 core context, current on the thread that made it until another one is made current. One
-/// thread only.
+/// An OpenGL 3.3 core context. It is current in the thread that created it until another one is made current.
+/// To be used by one thread.
 class GlContext {
  public:
-  /// A window on the main thread (GLFW), swaps tied to the screen's rate; hidden where options.visible is
-  /// false. Throws Error, with what to do instead, when there is no display or no OpenGL 3.3.
+  /// Creates a window on the main thread (GLFW) with swaps synchronized to the screen; hidden if
+  /// options.visible is false. Throws Error, with advice, when there is no display or no OpenGL 3.3.
   static std::unique_ptr<GlContext> window(const WindowLoopOptions& options);
-  /// Without display or window: EGL without a surface, else a hidden window. There is nothing to draw into
-  /// but a RenderTarget. Throws Error when neither works.
+  /// Creates a context without display or window: EGL without a surface, else a hidden window. Drawing is
+  /// possible only into a RenderTarget. Throws Error when neither works.
   static std::unique_ptr<GlContext> offscreen();
 
   ~GlContext();
@@ -42,16 +42,16 @@ class GlContext {
   EGLContext context_ = EGL_NO_CONTEXT;
 };
 
-/// A picture to draw into instead of a window: color and depth, several samples per pixel. Needs a current
+/// An image to draw into instead of a window: color and depth, several samples per pixel. Needs a current
 /// context.
 class RenderTarget {
  public:
   /// Throws Error when a side is not within 1 to 8192 or the driver has no memory for it.
   RenderTarget(int width_px, int height_px);
 
-  /// All drawing goes here, viewport included, until another framebuffer is bound.
+  /// Directs all drawing here, viewport included, until another framebuffer is bound.
   void bind();
-  /// What has been drawn, 8-bit BGR, top row first. The target stays bound.
+  /// Returns the drawn image, 8-bit BGR, top row first. The target stays bound.
   cv::Mat3b read();
 
  private:

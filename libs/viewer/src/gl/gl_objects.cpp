@@ -57,7 +57,7 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
 
 void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba) {
   glBindTexture(GL_TEXTURE_2D, texture);
-  // Others (a toolkit's font upload) may have left these as they needed them.
+  // Other code (such as a toolkit's font upload) may have changed these.
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, rgba);

@@ -11,8 +11,8 @@
 
 namespace gelslam::viewer::detail {
 
-/// Owns one OpenGL name. The context it was made in must be current when it goes. The functions are pointers
-/// that epoxy fills in.
+/// Owns an OpenGL object. The context in which it was created must be current when it is destroyed. The
+/// functions are given as pointers that epoxy fills in.
 template <auto* create, auto* destroy>
 class GlHandle {
  public:
@@ -37,7 +37,7 @@ using GlTexture = GlHandle<&glGenTextures, &glDeleteTextures>;
 using GlFramebuffer = GlHandle<&glGenFramebuffers, &glDeleteFramebuffers>;
 using GlRenderbuffer = GlHandle<&glGenRenderbuffers, &glDeleteRenderbuffers>;
 
-/// Replaces what a buffer holds; it stays bound to `target`.
+/// Replaces the contents of a buffer, which stays bound to `target`.
 template <typename T>
 void upload(GLenum target, const GlBuffer& buffer, const std::vector<T>& elements) {
   glBindBuffer(target, buffer.name());
@@ -45,7 +45,7 @@ void upload(GLenum target, const GlBuffer& buffer, const std::vector<T>& element
                GL_DYNAMIC_DRAW);
 }
 
-/// Says where an attribute of `size` numbers lies in each Vertex of the buffer that is bound.
+/// Declares where an attribute of `size` numbers is in each Vertex of the bound buffer.
 template <typename Vertex>
 void set_attribute(GLuint place, GLint size, std::size_t offset, GLenum type = GL_FLOAT) {
   glEnableVertexAttribArray(place);
@@ -53,7 +53,7 @@ void set_attribute(GLuint place, GLint size, std::size_t offset, GLenum type = G
                         sizeof(Vertex), reinterpret_cast<const void*>(offset));  // NOLINT: as OpenGL asks
 }
 
-/// Triangles, drawn with the program in use.
+/// Triangles to be drawn with the current program.
 class GlTriangles {
  public:
   template <typename Vertex>
@@ -77,7 +77,8 @@ class GlTriangles {
   GLsizei count_ = 0;
 };
 
-/// A linked pair of shaders. A mistake in their text is ours: std::logic_error with the compiler's words.
+/// A linked pair of shaders. As an error in their text is a bug of this program, it throws std::logic_error
+/// with the compiler's message.
 class GlProgram {
  public:
   GlProgram(const char* vertex_shader, const char* fragment_shader);
@@ -86,7 +87,7 @@ class GlProgram {
   GlProgram& operator=(const GlProgram&) = delete;
 
   void use() const;
-  /// Of the program in use.
+  /// Sets a uniform of the current program.
   void set(const char* uniform, int value) const;
   void set(const char* uniform, float value) const;
   void set(const char* uniform, const Eigen::Vector2f& value) const;
@@ -97,10 +98,10 @@ class GlProgram {
   GLuint name_ = 0;
 };
 
-/// A picture or lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
+/// Fills an image or lookup table of 8-bit RGBA texels, with linear interpolation and clamping.
 void fill_texture(GLuint texture, int width, int height, const std::uint8_t* rgba);
 
-/// Of the framebuffer that is read; BGR, top row first.
+/// Reads the current framebuffer as BGR, top row first.
 cv::Mat3b read_pixels(int width, int height);
 
 }  // namespace gelslam::viewer::detail

@@ -35,7 +35,7 @@ void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
 
 float aspect_of(const Texture& picture) { return picture.empty() ? 0.75F : picture.aspect(); }
 
-/// Where the panel's content has come to; `without` in place of no picture.
+/// Draws an image at the current position of the panel; `without` is the text shown if there is no image.
 Box draw_picture(Ui& ui, float width, const Texture& picture, double rounding, const char* without) {
   const Box box{ui.room().x, ui.room().y, width, width * aspect_of(picture)};
   if (picture.empty()) {
@@ -71,7 +71,7 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
   if (!words.advice.empty()) text.push_back({Face::title, theme::kText, words.advice});
   Box box = ui.card(x, view.y + ui.px(kMargin), most, color_of(words.tone), text, 0, 0, 240);
   if (words.state == "finishing" || words.state == "background") {
-    // A bar that says "something is going on", without claiming to know how long.
+    // An animated bar shows that work is going on, without an estimate of its duration.
     const auto share = static_cast<float>(0.5 - 0.5 * std::cos(1.8 * now_s));
     const Box bar{box.x + ui.px(27), box.bottom() - ui.px(7), box.width - ui.px(45), ui.px(5)};
     ui.fill(bar, theme::kRaised, 3);
@@ -109,7 +109,7 @@ void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
 namespace {
 
 constexpr double kCardPadding = 20, kCardMargin = 18, kMaxWidth = 720, kMinHeight = 180;  // design pixels
-constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< as the sensor's outline in the scene
+constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< Same color as the sensor's outline in the scene.
 
 struct Step {
   const char *title, *sentence;
@@ -144,7 +144,7 @@ void draw_steps(Ui& ui, const LiveFrame& frame) {
   }
 }
 
-/// The camera's picture in the sensor's outline, with a circle where to press.
+/// Draws the camera's image in the sensor's outline, with a circle where to press.
 void draw_gel(Ui& ui, const LiveFrame& frame) {
   const Box box = draw_picture(ui, ui.room().width, frame.tactile, 8, "");
   ui.frame(box, kSensor, 8, 2);

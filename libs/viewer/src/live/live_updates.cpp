@@ -13,7 +13,7 @@ cv::Size scaled_size(const cv::Size& from) {
   return {kPictureWidthPx, std::max(1, cvRound(height))};
 }
 
-/// Enlarged mask, smooth again: its border is to be drawn without steps.
+/// Returns the enlarged mask, smoothed again so that its border is drawn without steps.
 cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
   cv::Mat1b large;
   cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
@@ -45,8 +45,8 @@ bool LiveWindow::poll_updates() {
   }
   if (!news) return false;
   touch_place_ = touch_ && touch_->tracked.keyframe ? map_->pose_of(samples_.back()) : std::nullopt;
-  if (touch_ && !touch_place_) touch_place_ = touch_->in_map;  // the mapper may be busy for long
-  // What is not joined to the map grows beside it.
+  if (touch_ && !touch_place_) touch_place_ = touch_->in_map;  // The mapper may be busy for some time.
+  // Surface that is not joined to the map yet is shown beside it.
   if (unjoined_preview_.follow(*map_, touch_.get(), touch_place_))
     scene_.set_unjoined(unjoined_preview_.mesh());
   if (unjoined_preview_.is_apart() && !unjoined_preview_.is_shown())
@@ -112,7 +112,7 @@ cv::Mat3b normal_picture(const Surface& surface) {
       const bool touched = surface.contact(v, u) != 0;
       cv::Vec3b& color = colors(v, u);
       for (int channel = 0; channel < 3; ++channel) {
-        const float full = 127.5F * (1.0F + n[2 - channel]);  // BGR holds z, y, x
+        const float full = 127.5F * (1.0F + n[2 - channel]);  // BGR stores the normal as z, y, x.
         color[channel] = cv::saturate_cast<uchar>(touched ? full : 0.25F * full + 45.0F);
       }
     }

@@ -6,9 +6,10 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: the disk
-constexpr double kSideWidth = 298;         // design pixels
-/// Below this the view needs the whole window.
+/// Interval for values that are slower to query, such as disk space.
+constexpr double kFiguresIntervalS = 0.5;
+constexpr double kSideWidth = 298;  // design pixels
+/// If the view would be smaller, it gets the whole window.
 constexpr double kMinViewWidth = 480, kMinSideHeight = 420, kMinBarWidth = 300;
 
 std::filesystem::path existing_parent(std::filesystem::path folder) {
@@ -42,7 +43,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
   look_at_figures(now_s);
   const LivePhase phase = frame_.status.phase;
   if (phase != phase_before && phase >= LivePhase::finishing) {
-    controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
+    controls_.set_follows(false);  // There is no touch any more, and the whole surface should be visible.
     show_all();
   }
   bool changed = poll_updates();
@@ -50,7 +51,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
   return changed;
 }
 
-/// What lies beside the map is to be seen together with it.
+/// A surface shown beside the map must be visible together with it.
 bool LiveWindow::follow_touch(double dt_s) {
   if (!controls_.follows()) return false;
   if (unjoined_preview_.is_shown()) {
@@ -59,7 +60,7 @@ bool LiveWindow::follow_touch(double dt_s) {
     return glide(camera_.fitted(both, viewport()), dt_s);
   }
   if (!map_T_touch_) return false;
-  Pose seen = *map_T_touch_;  // in the middle of what the banner leaves free
+  Pose seen = *map_T_touch_;  // Centers the touch in the area that the banner leaves free.
   const float up_mm = 0.5F * banner_px_ * camera_.mm_per_px(camera_.distance_mm(), viewport());
   seen.translation() += (up_mm * camera_.map_R_camera().col(1)).cast<double>();
   return follow(seen, dt_s);
@@ -96,7 +97,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   set_view(boxes.view);
   side_ = boxes.side;
   SceneStyle style = controls_.style();
-  // What is to be looked at in the end is the surface alone.
+  // The finished scan shows only the surface.
   if (frame_.status.phase >= LivePhase::finishing) {
     style.touch = style.sensor = false;
     if (style.color == SceneColor::certainty) style.color = SceneColor::plain;
@@ -124,15 +125,15 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
 }
 
-/// Who ends a scan from the terminal, or logs out, is not at the window; who begins another one wants its
-/// window.
+/// A user who ends the scan from the terminal or logs out is not at the window; one who begins another scan
+/// wants to see its window.
 bool LiveWindow::closes_by_itself() {
   if (frame_.status.phase != LivePhase::finished) return false;
   const bool begins_another = controls_.wants_new_scan() && frame_.status.failure.empty();
   return begins_another || asks_to_end();
 }
 
-/// Beside what covers the view, if that leaves half of it.
+/// Uses the area that panels leave free, if it is at least half of the view.
 OrbitCamera LiveWindow::whole_view(const Viewport& viewport) const {
   Viewport room = viewport;
   if (2 * covered_px_ <= static_cast<float>(viewport.width)) room.width -= cvRound(covered_px_);
@@ -149,7 +150,8 @@ namespace gelslam {
 
 bool run_live_window(LiveSession& session, const WindowOptions& options) {
   viewer::detail::LiveWindow window(session, options);
-  for (int picture = 0; picture < 2; ++picture) window.turn(0, true);  // panels know their size in the second
+  // The panels know their size only in the second frame.
+  for (int picture = 0; picture < 2; ++picture) window.turn(0, true);
   if (options.when_shown) options.when_shown();
   window.run();
   return window.controls().wants_new_scan();
@@ -160,7 +162,7 @@ void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
   WindowOptions without_display = options;
   without_display.visible = false;
   viewer::detail::LiveWindow window(session, without_display);
-  window.turn(0, true);  // takes the session's news, and lays the window out
+  window.turn(0, true);  // Takes the session's data and lays out the window.
   window.show_all_at_once();
   viewer::write_png(png, window.picture(0.01));
 }

@@ -12,10 +12,10 @@
 
 namespace gelslam::viewer::detail {
 
-/// What a person can do with a live scan: calls to the session, and requests to the window.
+/// Controls of a live scan: calls to the session, and requests to the window.
 class LiveControls : public SceneControls {
  public:
-  /// As of WindowOptions.
+  /// `keeps_run` and `next_run_folder`: see WindowOptions.
   explicit LiveControls(LiveSession& session, bool keeps_run = true, std::string next_run_folder = "");
 
   bool shows_diagnostics() const { return shows_diagnostics_; }
@@ -35,51 +35,50 @@ class LiveControls : public SceneControls {
   std::string next_run_folder_;
 };
 
-/// All that the panels show.
+/// Data that the panels show.
 struct LiveFrame {
   LiveStatus status;
   StateWords words;
-  std::string output_folder;          ///< of the run; empty: nothing is kept
-  std::int64_t disk_free_bytes = -1;  ///< negative: not known
+  std::string output_folder;          ///< Run folder; empty if nothing is saved.
+  std::int64_t disk_free_bytes = -1;  ///< Negative if not known.
   Eigen::AlignedBox3f mesh_mm;        ///< in the map's frame
-  Texture tactile, normals;           ///< of the touch
+  Texture tactile, normals;           ///< Images of the touch.
 };
 
-/// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.
+/// Positions of the view, the panel beside it and the bar of buttons. A small window has no panels.
 struct Layout {
   Box view, side, bar;
 };
 Layout lay_out(const Ui& ui, bool shows_panels);
 Color color_of(Tone tone);
 
-inline constexpr int kPictureWidthPx = 640;  ///< more than the panel shows, for large screens
+inline constexpr int kPictureWidthPx = 640;  ///< Larger than in the panel, for large screens.
 
-/// The camera's picture with the border of the contact drawn over it in green: what the sensor sees, and what
-/// counts as touched. BGR, kPictureWidthPx wide. A picture without a surface (before the background is known)
-/// is shown as it is.
+/// Returns the camera's image with the border of the contact in green, BGR, kPictureWidthPx wide. An image
+/// without a surface (before the background is known) is returned without a border.
 cv::Mat3b tactile_picture(const cv::Mat3b& image, const Surface* surface);
 
-/// Normals as colors (x red, y green, z blue, as is usual), BGR, as wide; what is not touched is faded toward
-/// gray.
+/// Returns normals as colors (x red, y green, z blue, as is usual), BGR, with the same width. Parts without
+/// contact are faded to gray.
 cv::Mat3b normal_picture(const Surface& surface);
 
-/// The touch and its normals below each other, as wide as fits into the height.
+/// Draws the image of the touch and its normals below each other, as wide as the height allows.
 void draw_pictures(Ui& ui, float height, const LiveFrame& frame);
-/// Returns its lower edge.
+/// Returns the lower edge of the banner.
 float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s);
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
-/// What to do first: the gel as the camera sees it, and three steps.
+/// Draws the first instructions: the gel as the camera sees it, and three steps.
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame);
-/// What was made, and how good it is. Returns how much of the view's left it covers, px.
+/// Draws what was saved, and its quality. Returns how many pixels of the view it covers at the left.
 float draw_end(Ui& ui, const Box& view, const LiveFrame& frame);
-/// All counters, at the view's upper right.
+/// Draws all counters at the upper right of the view.
 void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
-/// The window of a scan, frame by frame: the session as a scene, from which it takes what is new.
+/// The window of a live scan, which shows the session as a scene and polls it for changes.
 class LiveWindow : public SceneLoop {
  public:
   LiveWindow(LiveSession& session, const WindowOptions& options);
-  ~LiveWindow() override { host().make_current(); }  // what was drawn with is freed there
+  ~LiveWindow() override { host().make_current(); }  // Frees OpenGL objects, which needs this context.
 
   LiveControls& controls() override { return controls_; }
   bool has_side() const { return side_.width > 0; }
@@ -92,7 +91,7 @@ class LiveWindow : public SceneLoop {
   OrbitCamera whole_view(const Viewport& viewport) const override;
   const Scene& scene(std::size_t /*part*/) const override { return scene_; }
 
-  bool poll_updates();  ///< true when something has come that is to be drawn
+  bool poll_updates();  ///< Returns true when there is something new to draw.
   void take_touch(const std::shared_ptr<const FrameReport>& touch);
   void place_touch();
   void rebuild_trajectory();
@@ -109,12 +108,12 @@ class LiveWindow : public SceneLoop {
   std::optional<MapPlace> touch_place_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   UnjoinedPreview unjoined_preview_;
-  std::optional<Pose> map_T_touch_;  ///< also in an unjoined component
+  std::optional<Pose> map_T_touch_;  ///< Also for a touch in an unjoined component.
   bool trajectory_is_old_ = false;
-  std::vector<FrameRecord> samples_;  ///< of the sensor's trajectory
+  std::vector<FrameRecord> samples_;  ///< Samples of the sensor's trajectory.
   double figures_s_ = -1e9;
   Box side_;
-  float covered_px_ = 0, banner_px_ = 0;  ///< on the view's left; at its top
+  float covered_px_ = 0, banner_px_ = 0;  ///< Covered parts of the view: at its left, and at its top.
 };
 
 }  // namespace gelslam::viewer::detail

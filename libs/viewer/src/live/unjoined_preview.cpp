@@ -3,7 +3,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr float kGapMm = 3;  ///< between map and component
+constexpr float kGapMm = 3;  ///< Distance between the map and the component.
 
 Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
   Eigen::AlignedBox3f box;
@@ -19,12 +19,12 @@ bool UnjoinedPreview::follow(const MapSnapshot& map, const FrameReport* touch,
   anchor_T_touch_.reset();
   if (is_apart()) {
     const MapSnapshot::Node* anchor = map.find(anchor_);
-    // The map shows it now, or it was taken back.
+    // The shown map contains it now, or it was withdrawn.
     if (anchor == nullptr || anchor->component == map.shown_component) *this = {};
   }
   const MapSnapshot::Node* first = touching ? map.find(place->component) : nullptr;
   const bool apart = first != nullptr && place->component != map.shown_component;
-  // Lost again before it was joined: the newest counts.
+  // If tracking was lost again before the component was joined, the newest component is shown.
   const bool begins = apart && (!is_apart() || map.find(anchor_)->component != place->component);
   if (begins) {
     *this = {};
@@ -38,7 +38,7 @@ bool UnjoinedPreview::follow(const MapSnapshot& map, const FrameReport* touch,
   return changed;
 }
 
-/// Takes the keyframes of its component; true when there are others, or they lie elsewhere.
+/// Takes the keyframes of the component. Returns true if there are new ones, or if their poses have changed.
 bool UnjoinedPreview::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
   const Pose anchor_T_component = anchor.component_T_keyframe.inverse();
   std::map<int, Pose> poses;
@@ -70,7 +70,7 @@ bool UnjoinedPreview::grow(const MapSnapshot& map, const MapSnapshot::Node& anch
 void UnjoinedPreview::place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera) {
   const Eigen::Matrix3f axes = camera.map_R_camera();
   const Eigen::AlignedBox3f own = box_of(mesh_);
-  // As the sensor sees it: its x to the right, its y down, its z away from the viewer.
+  // Oriented as the sensor sees it: x to the right, y down, z away from the viewer.
   Pose pose = Pose::Identity();
   pose.linear() = (axes * Eigen::Vector3f(1, -1, -1).asDiagonal()).cast<double>();
   Eigen::Vector3f place = camera.center_mm();
@@ -92,7 +92,7 @@ std::optional<Pose> UnjoinedPreview::map_T_touch() const {
 Eigen::AlignedBox3f UnjoinedPreview::box_mm() const {
   Eigen::AlignedBox3f own = box_of(mesh_);
   if (!map_T_anchor_ || own.isEmpty()) return {};
-  if (anchor_T_touch_) {  // with the sensor's outline
+  if (anchor_T_touch_) {  // Includes the sensor's outline.
     const Eigen::Vector3f middle = anchor_T_touch_->translation().cast<float>();
     const Eigen::Vector3f reach(static_cast<float>(half_width_mm_), static_cast<float>(half_width_mm_), 0);
     own.extend(middle + reach).extend(middle - reach);

@@ -10,34 +10,35 @@
 
 namespace gelslam::viewer::detail {
 
-/// What is touched while it is not joined to the shown map: it grows beside the map until a loop joins it. In
-/// the frame of its first keyframe that was seen apart.
+/// Preview of a component that is not joined to the shown map yet. It is shown beside the map until a loop
+/// joins it. Its frame is that of its first keyframe that was not in the map.
 class UnjoinedPreview {
  public:
-  /// Of a new map or touch; true when the shape has changed.
-  /// `place`: the touch's; null or none without contact.
+  /// Processes a new map or touch. Returns true if the shape has changed. `place` is the pose of the touch.
+  /// `touch` may be null, and `place` is empty without contact.
   bool follow(const MapSnapshot& map, const FrameReport* touch, const std::optional<MapPlace>& place);
-  /// Where it begins to lie: beside what the map shows to this camera.
+  /// Sets its initial position, beside the map as this camera sees it.
   void place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera);
 
   bool is_apart() const { return anchor_ >= 0; }
   bool is_shown() const { return map_T_anchor_.has_value(); }
   const TouchMesh& mesh() const { return mesh_; }
-  const std::optional<Pose>& map_T_unjoined() const { return map_T_anchor_; }  ///< nothing: it is not shown
-  /// Where the touch lies in the map's frame; nothing when it is not part of the component.
+  /// Empty if it is not shown.
+  const std::optional<Pose>& map_T_unjoined() const { return map_T_anchor_; }
+  /// Returns the pose of the touch in the map's frame; nothing if the touch does not belong to the component.
   std::optional<Pose> map_T_touch() const;
-  Eigen::AlignedBox3f box_mm() const;  ///< in the map's frame, with the touch
+  Eigen::AlignedBox3f box_mm() const;  ///< In the map's frame, including the touch.
 
  private:
   bool grow(const MapSnapshot& map, const MapSnapshot::Node& anchor);
 
-  int anchor_ = -1;                   ///< keyframe; -1: there is none
-  std::map<int, TouchMesh> patches_;  ///< of its keyframes, each in its own frame
+  int anchor_ = -1;                   ///< Id of the keyframe that defines its frame; -1 if there is none.
+  std::map<int, TouchMesh> patches_;  ///< Surfaces of its keyframes, each in its own frame.
   std::map<int, Pose> anchor_T_keyframe_;
   TouchMesh mesh_;
   std::optional<Pose> map_T_anchor_;
   std::optional<Pose> anchor_T_touch_;
-  double half_width_mm_ = 10;  ///< of the sensor
+  double half_width_mm_ = 10;  ///< Of the sensor.
 };
 
 }  // namespace gelslam::viewer::detail

@@ -12,8 +12,8 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr float kPicturesShare = 0.66F;  ///< of the side panel's height
-constexpr double kGhostOpacity = 0.75;   ///< of the most probable of several places
+constexpr float kPicturesShare = 0.66F;  ///< Fraction of the side panel's height.
+constexpr double kGhostOpacity = 0.75;   ///< Opacity of the most probable of several poses.
 const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 
 std::vector<ActionRow> map_rows() {
@@ -26,7 +26,7 @@ std::vector<ActionRow> map_rows() {
   return rows;
 }
 
-/// "0.020 mm, 0.11°": one standard deviation along the least certain axes.
+/// Returns "0.020 mm, 0.11°": one standard deviation along the least certain axes.
 std::string sigma_words(const PlaceHypothesis& place) {
   const Vector6d sigma = sigma_of(place.map_T_sensor.covariance);
   return fmt::format("{:.3f} mm, {:.2f}°", sigma.head<3>().maxCoeff(),
@@ -91,8 +91,8 @@ void MapWindow::show(const std::shared_ptr<const FrameReport>& touch) {
   scene_.set_touch(std::move(patch));
 }
 
-/// Turns the touched side to the viewer: of several places the one that is turned to them most. The whole map
-/// stays in view, unless the person is nearer.
+/// Turns the touched side toward the viewer; if several poses are possible, the one that already faces the
+/// viewer most. The whole map stays in view, unless the user has zoomed in.
 bool MapWindow::follow_touch(double dt_s) {
   if (!controls_.follows() || !camera_is_set_ || places().empty()) return false;
   const Eigen::Vector3d looks = -camera_.map_R_camera().col(2).cast<double>();
@@ -130,7 +130,8 @@ void MapWindow::draw_frame(Ui& ui, double now_s) {
   if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
 }
 
-/// At the lower edge of the sensor's outline of each of several places; dim behind the object.
+/// Draws the probability of each possible pose at the lower edge of the sensor's outline; dim behind the
+/// object.
 void MapWindow::draw_probabilities(Ui& ui) const {
   if (places().empty() || touch_->localization->status != PlaceStatus::ambiguous) return;
   for (const PlaceHypothesis& place : places()) {
@@ -185,7 +186,7 @@ void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches,
   WindowOptions options;
   options.visible = false;
   viewer::detail::MapWindow window(map, last, options);
-  window.turn(0, true);  // lays the window out
+  window.turn(0, true);  // Lays out the window.
   window.turn_to_touch();
   viewer::write_png(png, window.picture(0.01));
 }

@@ -7,18 +7,18 @@
 
 namespace gelslam::viewer::detail {
 
-/// What a frame's place means, or that there is no frame yet.
+/// Returns the state of localization in words for a frame; null if there is no frame yet.
 StateWords place_words(const FrameReport* touch);
 
-/// The window of a sensor in a known map, frame by frame.
+/// The window of a sensor that is localized in a known map.
 class MapWindow : public SceneLoop {
  public:
-  /// `map` and `touches` must stay.
+  /// `map` and `touches` must outlive it.
   MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
   ~MapWindow() override { host().make_current(); }
 
   SceneControls& controls() override { return controls_; }
-  void turn_to_touch() { follow_touch(1e9); }  ///< at once
+  void turn_to_touch() { follow_touch(1e9); }  ///< Without animation.
 
  private:
   bool advance(double now_s, double dt_s) override;
@@ -36,8 +36,8 @@ class MapWindow : public SceneLoop {
   const LocatedTouches& touches_;
   SceneControls controls_;
   Scene scene_;
-  std::shared_ptr<const FrameReport> touch_;  ///< shown
-  LiveFrame frame_;                           ///< words and pictures of it
+  std::shared_ptr<const FrameReport> touch_;  ///< The touch that is shown.
+  LiveFrame frame_;                           ///< Texts and images of the touch.
   bool camera_is_set_ = false;
 };
 

@@ -68,7 +68,7 @@ void OrbitCamera::zoom(double steps, const Vector2f& cursor_px, const Viewport& 
 OrbitCamera OrbitCamera::fitted(std::span<const Vector3f> points_mm, const Viewport& viewport) const {
   OrbitCamera result = *this;
   const Eigen::Matrix3f camera_R_map = map_R_camera_.conjugate().toRotationMatrix();
-  Eigen::AlignedBox3f box;  // along the camera's axes
+  Eigen::AlignedBox3f box;  // Along the camera's axes.
   for (const Vector3f& point : points_mm) box.extend(camera_R_map * point);
   if (box.isEmpty()) return result;
   result.center_mm_ = map_R_camera_ * box.center();
@@ -90,7 +90,7 @@ OrbitCamera OrbitCamera::fitted(const Eigen::AlignedBox3f& box_mm, const Viewpor
 void OrbitCamera::look_along(const Vector3f& direction, const Vector3f& up) {
   const Vector3f back = -direction.normalized();
   Vector3f right = up.cross(back);
-  if (right.norm() < 1e-4F * up.norm()) right = back.unitOrthogonal();  // looking along `up`
+  if (right.norm() < 1e-4F * up.norm()) right = back.unitOrthogonal();  // The camera looks along `up`.
   right.normalize();
   Eigen::Matrix3f rotation;
   rotation << right, back.cross(right), back;
@@ -112,7 +112,7 @@ void OrbitCamera::follow(const Pose& map_T_sensor, double dt_s, double tau_s) {
   const float angle = std::atan2(looks.cross(wanted).norm(), looks.dot(wanted));
   if (angle > kFollowTiltRad) {
     Vector3f axis = looks.cross(wanted);
-    // From straight behind every axis is as good; the camera's own keeps the picture upright.
+    // Seen from directly behind, any axis would do; the camera's own axis keeps the image upright.
     axis = axis.norm() > 1e-4F ? Vector3f(axis.normalized()) : Vector3f(map_R_camera_ * Vector3f::UnitY());
     goal.map_R_camera_ = (AngleAxisf(angle - kFollowTiltRad, axis) * map_R_camera_).normalized();
   }

@@ -13,13 +13,16 @@ namespace {
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
 
-constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
+/// The touch is drawn this much closer to the camera, so that errors of the map do not hide it.
+constexpr float kTouchLiftMm = 0.25F;
 constexpr float kUnjoinedOpacity = 0.8F, kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
-constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
+constexpr float kMinCurvature = 0.05F;  ///< In 1/mm. Smoother surfaces are not exaggerated to look rough.
 
-constexpr float kSmoothBorder = 0.2F;                 ///< weight; at the last triangle there is nearly none
-constexpr float kFirmWeight = 2.5F;                   ///< of so many keyframes a surface is seen well
-constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
+/// Confidence at which the mesh is cut; at its last triangle it is nearly 0.
+constexpr float kSmoothBorder = 0.2F;
+constexpr float kFirmWeight = 2.5F;  ///< From this sum of weights on, a surface counts as well observed.
+/// Two standard deviations at which the tint begins and is full.
+constexpr double kCertainMm = 0.1, kUncertainMm = 1;
 const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kUnjoinedGlow(0.06F, 0.50F, 0.95F);
 
 std::vector<std::array<std::uint8_t, 3>> colors_of(SceneColor color) {
@@ -43,7 +46,7 @@ Eigen::AlignedBox3f Scene::drawn_box() const {
     box.extend(Vector3f(center.array() - static_cast<float>(reach)));
   }
   if (box.isEmpty()) return box;
-  const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());  // for lines and axes
+  const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());  // For lines and axes.
   return {box.min() - margin, box.max() + margin};
 }
 
@@ -102,7 +105,7 @@ void Scene::draw_unjoined(const Matrix4f& clip_T_camera, const Matrix4f& camera_
   touch_program_.use();
   touch_program_.set("clip_T_camera", clip_T_camera);
   touch_program_.set("camera_T_sensor", Matrix4f(camera_T_map * map_T_unjoined_->matrix().cast<float>()));
-  touch_program_.set("lift_mm", 0.5F * kTouchLiftMm);  // the touch lies over it
+  touch_program_.set("lift_mm", 0.5F * kTouchLiftMm);  // The touch is drawn above it.
   touch_program_.set("through", 0);
   touch_program_.set("glow_rgb", kUnjoinedGlow);
   touch_program_.set("opacity", kUnjoinedOpacity);
@@ -114,7 +117,8 @@ void Scene::draw_touch(const Matrix4f& clip_T_camera, const Matrix4f& camera_T_m
   touch_program_.set("clip_T_camera", clip_T_camera);
   touch_program_.set("lift_mm", kTouchLiftMm);
   touch_program_.set("glow_rgb", kTouchGlow);
-  for (const bool through : {true, false}) {  // ghosts are faint through the object, as lines are
+  // Transparent touches are drawn faintly through the object, like lines.
+  for (const bool through : {true, false}) {
     glDepthFunc(through ? GL_GREATER : GL_LEQUAL);
     glDepthMask(through ? GL_FALSE : GL_TRUE);
     touch_program_.set("through", through ? 1 : 0);
@@ -127,7 +131,7 @@ void Scene::draw_touch(const Matrix4f& clip_T_camera, const Matrix4f& camera_T_m
   }
 }
 
-/// Full where it can be seen, faint through the object.
+/// Draws lines fully where they are visible, and faintly through the object.
 void Scene::draw_lines(const SceneLines& lines) {
   glDepthFunc(GL_GREATER);
   line_program_.set("opacity", kHiddenLineOpacity);

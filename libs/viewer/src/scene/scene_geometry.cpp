@@ -16,8 +16,8 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-/// Of unit length. Those that a mesh lacks are the sum of the normals of the triangles around the vertex,
-/// weighted by area.
+/// Returns unit normals. Missing ones are the sum of the normals of the triangles around the vertex, weighted
+/// by area.
 std::vector<Vector3f> unit_normals(const Mesh& mesh) {
   std::vector<Vector3f> normals = mesh.normals;
   normals.resize(mesh.vertices_mm.size(), Vector3f::Zero());
@@ -35,8 +35,8 @@ std::vector<Vector3f> unit_normals(const Mesh& mesh) {
   return normals;
 }
 
-/// Mean, 1/mm, positive on ridges: along each edge (own; the turn of the normal over the edge's length),
-/// averaged around the vertex.
+/// Returns the mean curvature in 1/mm, positive on ridges: along each edge it is the rotation of the normal
+/// over the edge's length, and these are averaged around each vertex.
 std::vector<float> curvature_of(const Mesh& mesh, const std::vector<Vector3f>& normals) {
   std::vector<float> sum(normals.size(), 0.0F), weight(normals.size(), 0.0F);
   for (const Vector3i& t : mesh.triangles)
@@ -45,7 +45,7 @@ std::vector<float> curvature_of(const Mesh& mesh, const std::vector<Vector3f>& n
       const Vector3f along = mesh.vertices_mm[b] - mesh.vertices_mm[a];
       const float length2 = along.squaredNorm();
       if (length2 < 1e-12F) continue;
-      const float turn = (normals[b] - normals[a]).dot(along);  // curvature times length squared
+      const float turn = (normals[b] - normals[a]).dot(along);  // Curvature times the squared length.
       sum[a] += turn, sum[b] += turn;
       weight[a] += length2, weight[b] += length2;
     }
@@ -61,7 +61,7 @@ std::uint32_t signed_10_bits(float value) {
 }  // namespace
 
 std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& values) {
-  constexpr float kMaxConfidence = 6e4F;  // of a half float
+  constexpr float kMaxConfidence = 6e4F;  // Limit of a half float.
   const std::vector<Vector3f> normals = unit_normals(mesh);
   const std::vector<float> curvature = curvature_of(mesh, normals);
   std::vector<PackedVertex> packed(normals.size());
@@ -113,7 +113,7 @@ constexpr int kDirections = 200;
 constexpr std::size_t kMaxTriangles = 20000;
 constexpr float kTurnRad = 0.22F, kTiltRad = 0.28F;
 
-/// Normals times area, and moments of the area, of some thousand triangles.
+/// Area-weighted normals, and moments of the area, of some thousand triangles.
 struct Area {
   double total_mm2 = 0;
   std::vector<Vector3d> normals;
@@ -137,8 +137,8 @@ Area sample_area(const Mesh& mesh) {
   return area;
 }
 
-/// The one of evenly spread directions from which most of the outside is seen; of near ones that of the first
-/// touch.
+/// Returns that one of many evenly spread directions from which the largest area of the outside is visible.
+/// Among similar ones it prefers that of the first touch.
 Vector3d broadest_side(const Area& area) {
   Vector3d best = -Vector3d::UnitZ();
   double most_mm2 = 0;
@@ -162,7 +162,7 @@ void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera) {
   const Matrix3d spread = area.spread / area.total_mm2 - center * center.transpose();
   Vector3d lying = symmetric_eigen(spread).vectors.col(2);
   lying -= lying.dot(outward) * outward;
-  if (lying.x() < 0) lying = -lying;  // image x stays right
+  if (lying.x() < 0) lying = -lying;  // Keeps the image's x axis pointing to the right.
   const Vector3f back = outward.cast<float>();
   camera.look_along(-back, back.cross(lying.cast<float>()));
   const Viewport half_turn_high{0, 0, 1, 1};

@@ -11,31 +11,33 @@
 
 namespace gelslam::viewer::detail {
 
-/// As it lies in the GPU's buffer: 24 bytes.
+/// Layout in the GPU's buffer: 24 bytes.
 struct PackedVertex {
   Eigen::Vector3f position_mm;
-  std::uint32_t normal;               ///< 10 bits each, signed
-  Eigen::half curvature, confidence;  ///< mean, 1/mm, positive on ridges; 0 where the mesh has none
-  float value;                        ///< keyframe that sees it best, or distance; or kNoValue
+  std::uint32_t normal;  ///< 10 bits each, signed
+  /// Mean curvature in 1/mm, positive on ridges; confidence is 0 if the mesh has none.
+  Eigen::half curvature, confidence;
+  float value;  ///< Keyframe that sees the vertex best, or distance; or kNoValue.
   static void set_attributes();
 };
 
-/// The value of a vertex that has none: drawn gray. Far below all others, so that blends with it are gray
-/// too.
+/// Value of a vertex without data, which is drawn gray. It is far below all others, so that interpolated
+/// values are gray, too.
 inline constexpr float kNoValue = -1e30F;
 
-/// `values`: one for each vertex of the mesh, or none.
+/// `values` has one entry for each vertex, or is empty.
 std::vector<PackedVertex> pack(const Mesh& mesh, const std::vector<float>& values);
 
-/// Turns a camera to where most of the mesh faces it (a closed one: to its broad side), its long side lying,
-/// and a little to the side and above, so that depth shows. Meshes without area leave it as it is.
+/// Rotates a camera so that most of the mesh faces it (for a closed mesh, its broad side), with its long side
+/// horizontal, and slightly from the side and above so that depth is visible. Meshes without area leave it
+/// unchanged.
 void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera);
 
-/// 1, 2 or 5 times a power of ten that nearly all of the distances are below; 1 without any.
+/// Returns 1, 2 or 5 times a power of ten that exceeds nearly all of the distances; 1 if there are none.
 float round_limit_mm(const std::vector<float>& distance_mm);
 
-/// How much a keyframe's place is uncertain, in red, by id along rows of kUncertaintyColumns: 0 where two
-/// standard deviations are `from_mm`, 255 where they are `to_mm`.
+/// Returns the uncertainty of the keyframes' poses in the red channel, by keyframe id along rows of
+/// kUncertaintyColumns: 0 where two standard deviations are `from_mm`, 255 where they are `to_mm`.
 cv::Mat4b uncertainty_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm);
 inline constexpr int kUncertaintyColumns = 256;
 

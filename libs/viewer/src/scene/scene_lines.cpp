@@ -38,8 +38,8 @@ constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
 constexpr float kAxisMm = 1.0F;
 
-/// The middle of what a keyframe touches, lifted out of the object; the sensor's middle where nothing
-/// touches.
+/// Returns the center of a keyframe's contact, lifted away from the object, or the sensor's center without
+/// contact.
 Vector3f anchor(const Pose& map_T_sensor) {
   return (map_T_sensor * Eigen::Vector3d(0, 0, -kHoverMm)).cast<float>();
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Distance along the ray to the triangle, from either side; not a number or negative: it misses.
+/// Returns the distance along the ray to the triangle, hit from either side; NaN or negative if it is missed.
 float hit_distance(const PickRay& ray, const Vector3f& a, const Vector3f& b, const Vector3f& c) {
   Eigen::Matrix3f edges;
   edges << b - a, c - a, -ray.direction;

@@ -14,15 +14,15 @@ namespace gelslam::viewer::detail {
 /// Blocks of surface on the GPU.
 class SceneMesh {
  public:
-  /// As pack(); without triangles: removes.
+  /// `values` as in pack(). A mesh without triangles removes the block.
   void put(std::int64_t key, const Mesh& mesh, const std::vector<float>& values);
   void clear() { blocks_.clear(); }
-  void draw() const;  ///< with the program of the mesh in use
+  void draw() const;  ///< The current program must be that of the mesh.
 
   Eigen::AlignedBox3f box_mm() const;
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
   float confidence_p95() const;
-  float typical_curvature() const;  ///< what four of five vertices stay below, 1/mm
+  float typical_curvature() const;  ///< The 80 % quantile over the vertices, 1/mm.
 
  private:
   struct Block {

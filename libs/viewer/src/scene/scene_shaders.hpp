@@ -2,8 +2,8 @@
 
 namespace gelslam::viewer::detail {
 
-// GLSL 3.30. Suffixes say the frame: _m map, _s sensor, _c camera (x right, y up, z toward the viewer), _px
-// pixels.
+// GLSL 3.30. Suffixes of names denote the frame: _m map, _s sensor, _c camera (x right, y up, z toward the
+// viewer), _px pixels.
 inline constexpr const char* kMeshVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec4 normal_m;

@@ -10,7 +10,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kFewPixels = 3000;
-/// The contact is found in blocks of pixels: blurred, it ends in a smooth line, 0.8 pixels outside.
+/// The contact mask consists of blocks of pixels. Blurred, it ends in a smooth line, 0.8 pixels further
+/// outside.
 constexpr double kBlurPx = 3;
 constexpr float kBlurAtBorder = 0.4F;
 
@@ -39,8 +40,8 @@ TouchMesh make_touch_mesh(const Surface& s, double gradient_scale) {
   const auto add = [&](int a, int b, int c) {
     if (a >= 0 && b >= 0 && c >= 0) mesh.triangles.emplace_back(a, b, c);
   };
-  // From outside, against the sensor's z, its y goes down: the order of the image's corners is
-  // counter-clockwise there.
+  // Seen from outside, against the sensor's z axis, y points down, so the order of the image's corners is
+  // counter-clockwise.
   for (int v = 0; v + 1 < index.rows; ++v) {
     for (int u = 0; u + 1 < index.cols; ++u) {
       const int a = index(v, u), b = index(v, u + 1), c = index(v + 1, u), d = index(v + 1, u + 1);

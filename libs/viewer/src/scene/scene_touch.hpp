@@ -10,34 +10,35 @@
 
 namespace gelslam::viewer::detail {
 
-/// The frame that touches now; nothing without places.
+/// The touch of the current frame; it is not shown if there are no places.
 struct TouchPatch {
   struct Place {
     Pose map_T_sensor = Pose::Identity();
-    double opacity = 1.0;  ///< in [0, 1]; below 1 it shows through the object, too
+    double opacity = 1.0;  ///< In [0, 1]; below 1 it is also visible through the object.
   };
   SurfacePtr surface{};
-  double gradient_scale = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
-  std::vector<Place> places{};  ///< where it may be
+  double gradient_scale = 1.0;  ///< Heights are divided by it (backend/uncertain_motion.hpp).
+  std::vector<Place> places{};  ///< Possible poses.
 };
 
-/// The contact of one frame as a small height field in the sensor frame.
+/// The contact of one frame as a small height field in the sensor's frame.
 struct TouchMesh {
   struct Vertex {
-    Eigen::Vector3f position_mm, normal;  ///< out of the object
-    float inside;                         ///< 0 at the contact's border to 1 well inside; below 0 outside
+    Eigen::Vector3f position_mm, normal;  ///< Points out of the object.
+    float inside;                         ///< 0 at the contact's border, 1 well inside it, negative outside.
     static void set_attributes();
   };
   std::vector<Vertex> vertices;
-  std::vector<Eigen::Vector3i> triangles;  ///< counter-clockwise from outside
+  std::vector<Eigen::Vector3i> triangles;  ///< Counter-clockwise as seen from outside.
 };
 
-/// Every second pixel of a large contact, all of a small one. Pixels that are not finite are left out.
+/// Makes a mesh from every second pixel of a large contact, or all pixels of a small one. Pixels that are not
+/// finite are left out.
 TouchMesh make_touch_mesh(const Surface& surface, double gradient_scale);
 
 TouchMesh make_touch_mesh(const std::vector<TouchedSquare>& squares);
 
-/// The sensor's field of view at each place.
+/// Returns the outline of the sensor's field of view at each pose.
 std::vector<SceneLine> sensor_outlines(const TouchPatch& touch);
 
 }  // namespace gelslam::viewer::detail

@@ -19,7 +19,7 @@ float button_width(const Ui& ui, const BarButton& button) {
                   ui.width_of(Face::small, button.row->key) + ui.px(kButtonPadding));
 }
 
-/// A label and below it its key; true when it was clicked.
+/// Draws a label with its key below it. Returns true when it was clicked.
 bool draw_button(Ui& ui, const std::string& label, const std::string& key, Color ink, float width,
                  float height) {
   const Box box{ui.room().x, ui.room().y, std::max(1.0F, width), std::max(1.0F, height)};
@@ -36,7 +36,7 @@ bool draw_button(Ui& ui, const std::string& label, const std::string& key, Color
   return clicked;
 }
 
-/// The buttons that fit, in the order of their groups.
+/// Returns the buttons that fit, in the order of their groups.
 std::vector<BarButton> buttons_that_fit(const Ui& ui, const Controls& controls, float room) {
   std::vector<BarButton> buttons;
   for (const ActionRow& row : controls.rows()) {
@@ -83,7 +83,7 @@ void draw_question(Ui& ui, const Question& question, Controls& controls, double 
   if (clicked) controls.answer(*clicked, now_s);
 }
 
-/// All lines, in two columns where there is room; in a small window they move together.
+/// Draws all lines, in two columns if there is room; in a small window it scrolls.
 void draw_help(Ui& ui, const Controls& controls) {
   std::vector<std::pair<std::string, std::string>> lines;
   for (const ActionRow& row : controls.rows())

@@ -64,7 +64,7 @@ void Controls::perform(Action action, double now_s) {
 }
 
 void Controls::add(Toast toast) {
-  // The same text again (a key held down) is shown longer, not twice.
+  // If the same text comes again (a key held down), it is shown for longer and not twice.
   std::erase_if(toasts_, [&toast](const Toast& old) { return old.text == toast.text; });
   toasts_.push_back(std::move(toast));
   if (toasts_.size() > kMaxToasts) toasts_.pop_front();

@@ -20,7 +20,7 @@ bool nearly_there(const OrbitCamera& a, const OrbitCamera& b) {
          (a.map_R_camera() - b.map_R_camera()).norm() < 1e-3F;
 }
 
-/// The longest of 1, 2, 5, 10, ... mm that is not wider than the room.
+/// Returns the longest of 1, 2, 5, 10, ... mm that fits.
 double round_length_mm(double room_mm) {
   const double decade = std::pow(10.0, std::floor(std::log10(room_mm)));
   for (const double digit : {5.0, 2.0})
@@ -40,7 +40,7 @@ void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px) {
              fmt::format("{:.3g} mm", length_mm));
 }
 
-/// Title, color bar with its ends beside it, and below what else is to be said of the values.
+/// Draws the title, the color bar with the values at its ends, and the notes below.
 void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend) {
   const float width = ui.px(16), height = std::min(ui.px(220), 0.45F * view.height);
   const float small = ui.height_of(Face::small), notes = static_cast<float>(legend.notes.size()) * small;

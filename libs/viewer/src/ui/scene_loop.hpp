@@ -9,7 +9,7 @@
 
 namespace gelslam::viewer::detail {
 
-/// A window with a scene in it: the mouse turns, moves and zooms the camera.
+/// A window with a scene: the mouse rotates, moves and zooms the camera.
 class SceneLoop : public WindowLoop {
  public:
   using WindowLoop::WindowLoop;
@@ -17,21 +17,24 @@ class SceneLoop : public WindowLoop {
   SceneControls& controls() override = 0;
 
  protected:
-  virtual OrbitCamera whole_view(const Viewport& viewport) const = 0;  ///< where all of it is in view
+  /// Returns a camera that sees everything.
+  virtual OrbitCamera whole_view(const Viewport& viewport) const = 0;
   virtual const Scene& scene(std::size_t part) const = 0;
-  /// The view's parts beside each other, under one camera.
+  /// Returns the parts of the view that are side by side, with the same camera.
   virtual std::vector<Viewport> parts(const Viewport& viewport) const { return {viewport}; }
 
-  /// Glides to show all, or to a place that was clicked; true while it moves.
+  /// Glides to show everything, or to a place that was clicked. Returns true while it moves.
   bool move_camera(double dt_s);
   void show_all() { glide_ = Glide::all; }
-  bool follow(const Pose& map_T_sensor, double dt_s);  ///< OrbitCamera::follow(); true while it moves
-  bool glide(const OrbitCamera& goal, double dt_s);    ///< true while it moves
-  Viewport viewport() const;                           ///< of the view in the framebuffer
+  /// OrbitCamera::follow(); returns true while it moves.
+  bool follow(const Pose& map_T_sensor, double dt_s);
+  bool glide(const OrbitCamera& goal, double dt_s);  ///< Returns true while it moves.
+  Viewport viewport() const;                         ///< Area of the view in the framebuffer.
   Box box_of(const Viewport& part) const;
-  /// Where a point is drawn; nothing behind the camera.
+  /// Returns the position of a point on the screen; nothing if it is behind the camera.
   std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
-  /// Tints what was touched and is not in the mesh, or not: as the style says. It is found when first shown.
+  /// Tints the touched surface that is not in the mesh if the style says so. It is computed when it is first
+  /// shown.
   void show_not_in_mesh(Scene& scene, const MapSnapshot& map, const std::function<Mesh()>& mesh);
   void draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const;
 
@@ -41,7 +44,7 @@ class SceneLoop : public WindowLoop {
   enum class Glide { none, all, place };
   struct Cursor {
     std::size_t part;
-    Eigen::Vector2f at_px;  ///< in the part
+    Eigen::Vector2f at_px;  ///< Relative to the part.
     Viewport viewport;
   };
   Cursor cursor_in_part(const Eigen::Vector2f& at_px) const;

@@ -41,7 +41,7 @@ Box this_window() {
   return {at.x, at.y, size.x, size.y};
 }
 
-/// Marks outside of panels lie behind all of them.
+/// Marks outside of panels are drawn behind all panels.
 ImDrawList* list_at(int panel_depth) {
   return panel_depth > 0 ? ImGui::GetWindowDrawList() : ImGui::GetBackgroundDrawList();
 }
@@ -69,7 +69,8 @@ Box Box::cut_right(float part) {
   return {right(), y, part, height};
 }
 
-/// ImGui would break at a decimal point, too; a word that is too wide is left to it.
+/// Line breaks are set here because ImGui would also break at a decimal point. A single word that is too wide
+/// is left to ImGui.
 std::string wrapped(Face face, std::string_view text, float width) {
   std::string lines(text);
   std::size_t line = 0, blank = 0;
@@ -107,7 +108,8 @@ Ui::Ui(float scale) : scale_(scale) {}
 
 Ui::~Ui() {
   if (dialog_shown_ || !ImGui::IsPopupOpen(kDialog)) return;
-  if (ImGui::BeginPopupModal(kDialog, nullptr, kBare)) {  // ImGui closes it only from within
+  // ImGui can close a dialog only while it is being drawn.
+  if (ImGui::BeginPopupModal(kDialog, nullptr, kBare)) {
     ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
   }
@@ -171,7 +173,7 @@ std::string Ui::fitted(Face face, std::string_view text, float width, Cut cut) c
 
 void Ui::text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width) {
   ImFont* font = font_of(face);
-  const ImVec2 corner(std::round(x), std::round(y));  // whole pixels: sharp letters
+  const ImVec2 corner(std::round(x), std::round(y));  // Whole pixels give sharp letters.
   const std::string shown = wrapped(face, text, wrap_width);
   const ImVec2 size = size_of(face, shown, wrap_width);
   if (panel_depth_ > 0 && !ImGui::IsRectVisible(corner, {corner.x + size.x, corner.y + size.y})) return;
@@ -317,7 +319,7 @@ bool Ui::begin_dialog(float width) {
   ImGui::SetNextWindowPos({0.5F * whole.width, 0.5F * whole.height}, ImGuiCond_Always, {0.5F, 0.5F});
   ImGui::SetNextWindowSizeConstraints({width, 1}, {width, FLT_MAX});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(px(kDialogPadding), px(kDialogPadding)));
-  ImGui::SetNextWindowBgAlpha(0);  // drawn after the shade
+  ImGui::SetNextWindowBgAlpha(0);  // The background is drawn after the shade.
   const bool has_room = ImGui::BeginPopupModal(kDialog, nullptr, kBare | ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PopStyleVar();
   if (!has_room) return false;

@@ -2,7 +2,7 @@
 
 #include <epoxy/gl.h>
 #include <fmt/core.h>
-// after epoxy, which replaces the system's GL header
+// Included after epoxy, which replaces the system's GL header.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
@@ -24,15 +24,15 @@ WindowHost& host_of(GLFWwindow* window) {
   return *static_cast<WindowHost*>(glfwGetWindowUserPointer(window));
 }
 
-/// Sizes in design pixels, small to large: the order in the atlas.
+/// Sizes in design pixels from small to large, in the order of the font atlas.
 constexpr std::array<float, 5> kFontSizes = {14, 17, 22, 21, 46};
 
-/// Latin with accents, Greek and Cyrillic (names of folders), and a few signs.
+/// Latin with accents, Greek and Cyrillic (for names of folders), and a few symbols.
 constexpr std::array<ImWchar, 13> kManyLetters = {0x20,  0xFF,   0x100,  0x17F,  0x370,  0x3FF, 0x400,
                                                   0x4FF, 0x2010, 0x2026, 0x2190, 0x2193, 0};
 constexpr std::array<ImWchar, 5> kFewLetters = {0x20, 0xFF, 0x2010, 0x2026, 0};
 
-/// A typeface of the system, or the one that lies beside the program.
+/// Returns a font of the system, or the one beside the program.
 std::string find_face(const std::string& weight) {
   const std::string dejavu = weight == "Bold" ? "DejaVuSans-Bold.ttf" : "DejaVuSans.ttf";
   std::error_code code;
@@ -65,9 +65,9 @@ void apply_theme(ImGuiStyle& style) {
   set(ImGuiCol_ModalWindowDimBg, theme::rgb(8, 10, 12, 150));
 }
 
-/// Makes the fonts of the current ImGui context for a scale, in the order of Face, if they are not there yet:
-/// true when they replace others, and their texture is to be sent. A face of the system where one of the
-/// usual ones is installed, else ImGui's own.
+/// Loads the fonts of the current ImGui context for a scale, in the order of Face, if they are not loaded
+/// yet. Returns true when they replace others, so that their texture must be uploaded. Uses a common font if
+/// one is installed, else ImGui's own.
 bool load_fonts(float scale) {
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   const float body_px = std::round(kFontSizes[1] * scale);
@@ -81,7 +81,7 @@ bool load_fonts(float scale) {
     const float size_px = std::round(kFontSizes[i] * scale);
     const ImWchar* letters = bold_letters ? kFewLetters.data() : kManyLetters.data();
     ImFont* font = face.empty() ? nullptr : atlas.AddFontFromFileTTF(face.c_str(), size_px, nullptr, letters);
-    if (font == nullptr) {  // no such face here, or its file is broken
+    if (font == nullptr) {  // The font does not exist, or its file is damaged.
       ImFontConfig config;
       config.SizePixels = size_px;
       atlas.AddFontDefault(&config);
@@ -101,7 +101,7 @@ WindowHost::WindowHost(const WindowLoopOptions& options)
   imgui_ = ImGui::CreateContext();
   ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // leaves no file behind
+  io.IniFilename = nullptr;  // No file is written.
   io.LogFilename = nullptr;
   io.MousePos = ImVec2(-1, -1);
   apply_theme(ImGui::GetStyle());
@@ -139,7 +139,7 @@ void WindowHost::install_callbacks() {
     host_of(w).push({InputEvent::Kind::scroll, 0, false, x, y});
   });
   glfwSetWindowCloseCallback(window, [](GLFWwindow* w) {
-    glfwSetWindowShouldClose(w, GLFW_FALSE);  // whether it closes is for the person to answer
+    glfwSetWindowShouldClose(w, GLFW_FALSE);  // Whether the window closes is decided by the user's answer.
     host_of(w).push({InputEvent::Kind::close});
   });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { host_of(w).push({InputEvent::Kind::redraw}); });
@@ -185,7 +185,7 @@ void WindowHost::update_size() {
   glfwGetFramebufferSize(gl_->glfw_window(), &width_px_, &height_px_);
   glfwGetWindowSize(gl_->glfw_window(), &unit_width, &unit_height);
   pixels_per_unit_ = unit_width > 0 ? static_cast<float>(width_px_) / static_cast<float>(unit_width) : 1.0F;
-  width_px_ = std::max(1, width_px_);  // minimized
+  width_px_ = std::max(1, width_px_);  // The window is minimized.
   height_px_ = std::max(1, height_px_);
 }
 
@@ -194,8 +194,8 @@ float WindowHost::ui_scale() const {
   if (!target_) glfwGetWindowContentScale(gl_->glfw_window(), &content, &ignored);
   const float size =
       std::min(static_cast<float>(width_px_) / 1280.0F, static_cast<float>(height_px_) / 800.0F);
-  // Larger windows get larger letters: they stand further away. Small ones keep them legible. In steps, so
-  // that a window being resized does not load fonts for every pixel.
+  // The font size grows with the window, as users stand further away from large ones. It has a lower limit
+  // for legibility, and changes in steps, so that resizing does not load fonts for every pixel.
   return std::round(8 * std::clamp(size, 0.75F * content, 2.5F * content)) / 8;
 }
 

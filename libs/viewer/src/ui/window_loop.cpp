@@ -25,7 +25,7 @@ void WindowLoop::run() {
     const bool drew = turn(begin_s);
     const double took_s = clock_s() - start_s - begin_s;
     if (drew || draw_next_) {
-      // Without a graphics card a picture takes long; then at least half of the time belongs to the others.
+      // Without a graphics card, a frame takes long; then other threads get at least half of the time.
       host_->wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
     } else {
       host_->wait(options_.poll_s);
@@ -99,7 +99,7 @@ void WindowLoop::handle_input(double now_s) {
       moved(pointer_px_);
     }
     if (event.kind == button) {
-      draw_next_ = true;  // what a button does shows in the frame after the click
+      draw_next_ = true;  // The effect of a button is visible in the frame after the click.
       if (!event.pressed)
         released(event.code);
       else if (!on_panel())

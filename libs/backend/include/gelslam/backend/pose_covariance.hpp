@@ -8,19 +8,24 @@
 
 namespace gelslam {
 
-/// Holds what all edges of a solved graph together know.
+/// Marginal covariances of the nodes of a solved pose graph.
 struct PoseCovariances {
-  /// Every node has its pose as it was solved, relative to the gauge of its component, its noise for a
-  /// gradient scale that is known, and how it follows the scale.
+  /// For each node: its solved pose, its covariance relative to the gauge node of its component if the
+  /// gradient scale were known exactly (mm and rad, as a right perturbation), and the derivative of the pose
+  /// with respect to the gradient scale.
   std::map<int, UncertainMotion> component_T_node;
-  ScaleCovariance scale = ScaleCovariance::Zero();  ///< of the gradient scale, common to all edges
+  /// Covariance of the gradient scale's four factors, which all edges share.
+  ScaleCovariance scale = ScaleCovariance::Zero();
 };
 
-/// The gauge of a component is its smallest node, or `anchor`. A gradient scale of 1 +-
-/// `gradient_scale_sigma` (0: it is known) is estimated beside the poses. Loops count with their robust
-/// weight, outliers not at all. `edges` are those that were solved. Takes time in proportion to the entries
-/// of the Cholesky factor. Throws Error when the solution is of other edges. Source: own; the selected
-/// inverse after Takahashi et al. (1973).
+/// Computes the marginal covariance of every node and of the gradient scale at the solution of a pose graph.
+/// The gauge of a component (the node whose covariance is 0) is `anchor` in its own component and the
+/// smallest node in all others. `gradient_scale_sigma` is the prior standard deviation of the gradient scale
+/// about 1; with 0 the scale counts as known. Loops count with the weight that their robust kernel leaves,
+/// and outliers do not count. `edges` must be the edges that were solved. The time is proportional to the
+/// number of non-zeros in the Cholesky factor. Throws Error when `solution` belongs to other edges, or when
+/// the edges do not determine the poses. The method is not in the paper; the selected inverse follows
+/// Takahashi et al. (1973).
 PoseCovariances pose_covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
                                  int anchor, const PoseGraphOptions& options, double gradient_scale_sigma);
 

@@ -7,8 +7,8 @@
 
 namespace gelslam {
 
-/// One standard deviation, per axis, to which overlapping frames are known whatever they show: a radian, and
-/// the sensor's width.
+/// Weak prior on every edge: two frames that overlap differ by at most about one radian and the sensor's
+/// width, even along directions that the surface does not show. One standard deviation per axis.
 inline constexpr double kOverlapSigmaRad = 1.0, kOverlapSigmaMm = 20.0;
 
 /// Two measurements of one motion contradict each other when they differ by more than this many standard
@@ -20,47 +20,57 @@ struct PoseGraphOptions {
   double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
 };
 
-/// The Cauchy kernel, cut off at kMaxMismatch: twice the cost of a loop with this whitened residual, and the
-/// share of its information that remains. `scale`: loop_loss_scale, in standard deviations.
+/// The robust kernel of loops: a Cauchy kernel that is constant beyond kMaxMismatch. `residual` is the
+/// whitened residual norm of a loop and `scale` is loop_loss_scale, both in standard deviations.
+/// robust_cost() returns twice the cost, and robust_weight() the factor (0 to 1) that multiplies the loop's
+/// information.
 double robust_cost(double residual, double scale);
 double robust_weight(double residual, double scale);
 
-/// Unknowns about 0 that all edges share, K of them: what a sensor's model of slopes reads wrong.
+/// K unknowns with expected value 0 that all edges share. They model systematic errors of the sensor, such as
+/// a gradient model that reads every slope too steep.
 struct SharedUnknowns {
-  /// For each edge, 6xK: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u).
+  /// Per edge, a 6xK derivative: if the unknowns are u, the edge measures from_T_to * exp(edge_by_unknown *
+  /// u).
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_unknown;
-  /// What is known of the unknowns besides the edges, KxK and positive definite. It is empty where there are
-  /// none.
+  /// Prior information (inverse covariance) of the unknowns, KxK and positive definite. It is empty when
+  /// there are no shared unknowns.
   Eigen::MatrixXd information;
 };
 
 struct PoseGraphSolution {
-  std::map<int, Pose> component_T_node;  ///< every node; the frame of a component is its smallest node id,
-                                         ///< held at its initial pose
-  std::map<int, int> component_of_node;  ///< smallest node id of the connected component
-  Eigen::VectorXd shared_unknowns;       ///< empty when none were asked for
-  std::vector<double> edge_residual;     ///< whitened residual norm per edge, in the order edges were given
-  std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
-  double final_cost = 0;           ///< robust cost
+  /// Solved pose of every node in the frame of its component. That frame is fixed by the component's smallest
+  /// node id, which is held at its initial pose.
+  std::map<int, Pose> component_T_node;
+  /// For every node, the smallest node id of its connected component.
+  std::map<int, int> component_of_node;
+  Eigen::VectorXd shared_unknowns;    ///< Estimated unknowns; empty when none were asked for.
+  std::vector<double> edge_residual;  ///< whitened residual norm per edge, in the order edges were given
+  /// True for loops that the rest of the graph contradicts; never true for odometry.
+  std::vector<bool> edge_outlier;
+  double final_cost = 0;  ///< Half the sum of squared residuals, with the robust kernel for loops.
   int iterations = 0;
 };
 
-/// Solves an SE(3) pose graph with Ceres. Components not joined by edges are separate components, each with
-/// its own gauge. Initial poses need only be right within a chain of odometry. Shared unknowns are estimated
-/// with the poses, starting from 0. Deterministic. Throws Error on edges that name unknown nodes, join a node
-/// to itself or carry non-finite numbers, on information that is not symmetric or not positive semi-definite,
-/// and on shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
+/// Solves an SE(3) pose graph with Ceres. Each connected component is solved with its own gauge. The initial
+/// poses need only be right along each chain of odometry. Shared unknowns are estimated together with the
+/// poses, starting from 0. The result is deterministic. Throws Error for an edge that names an unknown node,
+/// joins a node to itself or holds a number that is not finite; for an information matrix that is not
+/// symmetric or not positive semi-definite; and for shared unknowns whose sizes do not match or whose prior
+/// information is not positive definite.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared = {});
 
-/// Says which edges may shape the map, with one flag per edge, always true for odometry. A loop has to agree
-/// with the odometry between its ends: both close a cycle, whose error is judged by its covariance (after
-/// pairwise consistency; Mangelson et al., ICRA 2018). What a gradient scale of 1 +- `gradient_scale_sigma`,
-/// common to all edges, explains is no contradiction. Trials, which odometry does not join, are joined by the
-/// loop that most others agree with, if it is not `tentative` or another one agrees. Until then their loops
-/// wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a negative
-/// sigma; what an edge holds is checked by solve_pose_graph().
+/// Decides which edges may shape the map and returns one flag per edge, which is always true for odometry. A
+/// loop is accepted when it agrees with the odometry between its ends: together they close a cycle, whose
+/// error is compared with its covariance (after pairwise consistency; Mangelson et al., ICRA 2018). The part
+/// of the error that a gradient scale common to all edges can explain, with the prior standard deviation
+/// `gradient_scale_sigma` about 1, is no contradiction. Trials are not connected by odometry. Two of them are
+/// joined by the loop with which most other loops agree, provided that another loop agrees or that this loop
+/// is not `tentative`. Until two trials are joined, the flags of the loops between them are false. The order
+/// of the edges only breaks ties. Throws Error for a negative sigma; solve_pose_graph() checks the edges
+/// themselves.
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
 
 }  // namespace gelslam

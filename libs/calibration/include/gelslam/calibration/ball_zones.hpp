@@ -13,24 +13,24 @@
 
 namespace gelslam {
 
-/// The part of a press where the gel surely lies on the ball: about the middle of the contact's rim, this
-/// much inside it.
+/// The part of a press where the gel certainly touches the ball: a disk around the center of the contact's
+/// rim whose radius is kZoneMarginMm smaller than that of the contact.
 struct BallZone {
   std::size_t press = 0;  ///< index into the set
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
 };
-inline constexpr double kZoneMarginMm = 0.1902;  ///< the width of the gel's bend at the rim
+inline constexpr double kZoneMarginMm = 0.1902;  ///< Width of the gel's bend at the rim.
 
-/// A ball in the gel, as the camera sees it: its contact lies symmetrically to the normal of the gel at rest,
-/// so that its deepest point appears aside of the middle of its rim.
+/// A ball in the gel as the camera sees it. The contact is symmetric about the normal of the gel at rest, so
+/// that with an oblique view the deepest point appears beside the center of the rim.
 class SeenBall {
  public:
   SeenBall(const CameraModel& camera, const BallZone& zone, double diameter_mm);
 
-  /// Slopes dh/dx, dh/dy relative to the gel at rest where the ray of rest coordinates meets the ball; very
-  /// steep beyond its outline.
+  /// Returns the slopes dh/dx, dh/dy relative to the gel at rest where the ray of the given rest coordinates
+  /// meets the ball; very large values beyond its outline.
   std::array<double, 2> slope(const Eigen::Vector2d& rest_mm) const;
-  /// Whether it meets it within the zone.
+  /// Says whether the ray meets the ball within the zone.
   bool is_in_zone(const Eigen::Vector2d& rest_mm) const;
 
   const CameraModel& camera() const { return camera_; }
@@ -48,7 +48,8 @@ class SeenBall {
 /// Calls visit(u, v, rest_mm) for every pixel inside the zone that shows the gel, row by row.
 template <class Visit>
 void for_each_pixel(const SeenBall& ball, const CalibrationPress& press, const Visit& visit) {
-  constexpr double kReach = 1.5;  // of the radius: no lens and no camera bends a circle more
+  // Relative to the zone's radius; no lens and no camera distorts a circle more.
+  constexpr double kReach = 1.5;
   const BallZone& zone = ball.zone();
   const double reach = kReach * zone.radius_px;
   const cv::Point first(static_cast<int>(std::floor(zone.u_px - reach)),
@@ -65,28 +66,29 @@ void for_each_pixel(const SeenBall& ball, const CalibrationPress& press, const V
 
 struct RejectedPress {
   std::size_t press = 0;
-  std::string reason;  ///< for people
+  std::string reason;  ///< Reason for the user.
 };
 
 struct BallZones {
   std::vector<BallZone> zones;          ///< in the set's order
-  std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
-  std::string warning;                  ///< for people: all labels lie aside of what the pictures show; or ""
+  std::vector<RejectedPress> rejected;  ///< Presses that cannot be used, with the reason.
+  /// Sentence for the user if all labels are displaced from the contacts in the images; or "".
+  std::string warning;
 };
 
-/// Finds the zones of all presses. A label's center is kept; at which share of its radius the gel leaves
-/// the ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4
-/// pixels too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide,
-/// and what lies between is membrane rim that must not be trained on as if it were the ball. Presses without
-/// a label get the circle found when `automatic`; else they are rejected. Presses in another light than the
-/// background's are rejected.
-/// `progress`, if given, is called with the number of presses done. Throws Error for diameters that are too
-/// small for the contacts (own), such as radii.
+/// Finds the zones of all presses. The center of a label is kept. The fraction of its radius at which the gel
+/// leaves the ball is estimated from the images, once for the whole set (not in the paper), because labels
+/// follow different conventions: people draw the visible edge, about 4 pixels too wide, and circles from
+/// geometry (where the ball would cut the undeformed gel) are a third too wide. The difference is the rim of
+/// the membrane, which must not be trained as if it were the ball. A press without a label gets the
+/// automatically found circle if `automatic` is true, else it is rejected. Presses whose light differs from
+/// that of the background are rejected. `progress`, if given, is called with the number of presses done.
+/// Throws Error for diameters that are too small for the contacts, as when radii were given.
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress = nullptr);
 
-/// Throws Error, which says what to do, when the zones are not enough for a calibration: too few presses, or
-/// a side of the gel without any.
+/// Throws Error, with advice, when the zones do not suffice for a calibration: too few presses, or a side of
+/// the gel without any.
 void require_good_coverage(const PressSet& set, const BallZones& zones);
 
 }  // namespace gelslam

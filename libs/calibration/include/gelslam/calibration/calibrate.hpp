@@ -16,39 +16,42 @@ namespace gelslam {
 struct ModelTraining {
   double pixel_pitch_mm = 0.0634;
   std::uint64_t seed = 1;
-  int steps = 36'000;  ///< of 1024 samples each
+  int steps = 36'000;  ///< Optimization steps of 1024 samples each.
 };
 
-/// Trains a gradient model on the zones of a set: the difference of its readings of press and background, as
-/// they are used later, is fitted to the ball's slopes. Deterministic for a seed, one kind of processor.
-/// Throws Error when there are fewer than one batch of samples. `progress` may stop it by an exception.
+/// Trains a gradient model on the zones of a set. The difference between the model's readings of press and
+/// background is fitted to the slopes of the ball, as this difference is what is used later. Deterministic
+/// for a seed and a type of processor. Throws Error when there is less than one batch of samples. To cancel,
+/// `progress` may throw an exception.
 GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
                           const ModelTraining& training, ProgressSink& progress);
 
-/// Two models, each trained on every second zone of each ball with half of the steps. Model k % 2 was not
-/// trained on zone k.
+/// Two models for cross-validation. Each was trained on every second zone of each ball, with half of the
+/// steps. Model k % 2 was not trained on zone k.
 struct HalfModels {
   std::array<GradientModel, 2> models;
   std::vector<BallZone> zones;
 };
-/// Throws as train_model.
+/// Trains both models. Throws as train_model().
 HalfModels train_halves(const PressSet& set, const std::vector<BallZone>& zones,
                         const ModelTraining& training, ProgressSink& progress);
 
-/// Returns the standard deviation of the slopes that a model of the whole set reads
-/// (GradientModel::sigma_rad), from the errors of its halves on presses that they were not trained on. A cell
-/// counts every press once, and default_uncertainty() a little: where no press was, it remains.
+/// Returns the standard deviation of the slopes (rad) in each cell of the image, for a model that was trained
+/// on the whole set (GradientModel::sigma_rad). It is estimated from the errors of the two half models on
+/// presses that they were not trained on. Each press counts once in a cell, and default_uncertainty() is a
+/// prior with a small weight, which remains in cells without presses.
 std::vector<float> held_out_sigma_rad(const HalfModels& halves, const PressSet& set, double pixel_pitch_mm);
 
-/// A trained model, and how its halves read presses that they were not trained on.
+/// A trained model, with the errors of its half models on presses that they were not trained on.
 struct Calibration {
   ModelFile file;
   ModelCheck check;
 };
 
-/// Presses to a model: finds the balls, refuses sets that cannot make a calibration (labels missing, gaps in
-/// the coverage), trains, and checks. `automatic`: labels presses that have no label. `say_left_out` is told
-/// of every press that cannot be used. Throws Error. `progress` may stop it by an exception.
+/// Makes a model from a set of presses: finds the balls, refuses sets that do not suffice (missing labels,
+/// gaps in the coverage), trains and checks. If `automatic` is true, presses without a label are labeled
+/// automatically. `say_left_out` is called with a sentence for every press that cannot be used. Throws Error.
+/// To cancel, `progress` may throw an exception.
 Calibration calibrate(const PressSet& set, const ModelTraining& training, bool automatic,
                       ProgressSink& progress, const std::function<void(const std::string&)>& say_left_out);
 

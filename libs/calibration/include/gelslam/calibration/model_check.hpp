@@ -16,8 +16,9 @@ namespace gelslam {
 struct PressCheck {
   BallZone zone;
   double mean_abs_error_deg = 0.0;
-  std::array<double, 2> mean_error{};  ///< of the slopes along x and y
-  std::optional<double> radius_mm;     ///< of the reconstructed ball; nothing when no sphere fits
+  std::array<double, 2> mean_error{};  ///< Mean error of the slopes along x and y.
+  /// Radius of the reconstructed ball; nothing if no sphere can be fitted.
+  std::optional<double> radius_mm;
 };
 
 struct DiameterCheck {
@@ -30,15 +31,16 @@ struct DiameterCheck {
 enum class Verdict { good, usable, recalibrate };
 const char* verdict_name(Verdict verdict);
 
-/// How a model reads presses of known balls.
+/// Errors of a model on presses of balls of known diameter.
 struct ModelCheck {
   SlopeStatistics slopes;
   std::vector<PressCheck> presses;
-  std::vector<DiameterCheck> diameters;  ///< in growing order
+  std::vector<DiameterCheck> diameters;  ///< In ascending order.
   Verdict verdict = Verdict::recalibrate;
-  std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
+  /// Problems as sentences for the user, worst first; empty if there are none.
+  std::vector<std::string> reasons;
 
-  /// A reason to recalibrate that lies in the presses; "" is none.
+  /// Adds a reason to recalibrate that was found in the presses; "" adds nothing.
   void add_warning(const std::string& warning) {
     if (warning.empty()) return;
     verdict = Verdict::recalibrate;
@@ -46,9 +48,10 @@ struct ModelCheck {
   }
 };
 
-/// Reads every zone, reconstructs every ball (in the light as it is) and judges. Of several models each reads
-/// the zones in turn. `progress`, if given, is called with the number of presses done. Throws Error without
-/// zones, or when a model does not fit.
+/// Computes the slope errors in every zone and the radius of every reconstructed ball, without correction of
+/// light, and judges the model. If several models are given, they read the zones in turn. `progress`, if
+/// given, is called with the number of presses done. Throws Error without zones, or when a model does not
+/// match the image size.
 ModelCheck check_model(std::span<const GradientModel> models, const PressSet& set,
                        const std::vector<BallZone>& zones, double pixel_pitch_mm,
                        const std::function<void(std::size_t)>& progress = nullptr);

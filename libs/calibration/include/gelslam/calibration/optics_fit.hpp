@@ -10,33 +10,35 @@
 
 namespace gelslam {
 
-/// Optics found by a fit.
+/// Optics estimated by a fit.
 struct OpticsFit {
   static constexpr std::size_t kNumbers = 7;
-  /// k, principal point x, y, aspect, distance, a, b: standard deviations in the units of SensorOptics, and
-  /// whether the data show the number. What they do not show is as it was before.
+  /// For the seven numbers k, principal point x, y, aspect, distance, a, b: standard deviations in the units
+  /// of SensorOptics, and whether the data determine the number. A number that they do not determine keeps
+  /// its initial value.
   std::array<double, kNumbers> sigma{};
   std::array<bool, kNumbers> shown{};
   SensorOptics optics;
-  std::size_t measurements = 0;  ///< pairs of frames
-  double residual = 0;           ///< of the normals, rad: root mean square per axis
+  std::size_t measurements = 0;  ///< Pairs of frames.
+  double residual = 0;           ///< Root mean square residual of the normals in rad, per axis.
 
-  /// For people: a line per number, "lens_k1: 0.045 +- 0.002".
+  /// Returns a line for each number, for the user: "lens_k1: 0.045 +- 0.002".
   std::string words() const;
-  /// Names of the numbers that are not shown, or "".
+  /// Returns the names of the numbers that the data do not determine, or "".
   std::string not_shown() const;
 };
 
-/// What a sensor that is moved over an object saw, and where it was.
+/// A frame of a sensor that is moved over an object, with its pose.
 struct SeenFrame {
   SurfacePtr surface;
   Pose world_T_frame = Pose::Identity();
 };
 
-/// From a scan (own): a rigid body looks the same in whatever part of the picture it lies. Poses and optics
-/// are found together by least squares over the normals and heights of overlapping contacts (bundle
-/// adjustment). Standard deviations allow for errors that frames in a row have in common (sandwich estimator,
-/// White 1980). Throws Error when fewer than ten pairs of frames overlap.
+/// Estimates the optics from a scan (not in the paper). A rigid object has the same shape wherever in the
+/// image it appears. Poses and optics are estimated together by least squares on the normals and heights of
+/// overlapping contacts (bundle adjustment). The standard deviations take into account that consecutive
+/// frames have common errors (sandwich estimator, White 1980). Throws Error when fewer than ten pairs of
+/// frames overlap.
 OpticsFit optics_from_motion(const std::vector<SeenFrame>& frames);
 
 }  // namespace gelslam

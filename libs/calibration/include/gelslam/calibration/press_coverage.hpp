@@ -10,16 +10,16 @@
 
 namespace gelslam {
 
-inline constexpr int kMinPresses = 10;  ///< that a calibration needs
+inline constexpr int kMinPresses = 10;  ///< Minimum number of presses for a calibration.
 
-/// Where on the gel presses lie, and where they are still missing: nine zones, row by row from the upper
-/// left.
+/// Counts where on the gel presses were made, and where more are needed, in nine zones, row by row from the
+/// upper left.
 class PressCoverage {
  public:
   static constexpr int kSide = 3;
 
-  /// `wanted` presses in all, at least kMinPresses; each zone wants a ninth of them (rounded down), the rest
-  /// may lie anywhere.
+  /// `wanted` is the total number of presses, at least kMinPresses. Each zone needs a ninth of them (rounded
+  /// down); the rest may be anywhere.
   PressCoverage(const cv::Size& picture, int wanted);
 
   void add(const ContactCircle& circle);
@@ -27,12 +27,13 @@ class PressCoverage {
   int total() const;
   int wanted() const { return wanted_; }
   int taken(std::size_t zone) const { return taken_[zone]; }
-  int missing(std::size_t zone) const;  ///< presses that the zone still wants
-  bool enough() const;                  ///< as many as wanted, and no zone wants more
-  /// The next thing to do, for people: "press at the upper left (2 more there)", "press anywhere (3 more)",
-  /// or, when it is enough, "enough presses, all over the gel".
+  int missing(std::size_t zone) const;  ///< Presses that the zone still needs.
+  bool enough() const;                  ///< True if the total is reached and no zone needs more.
+  /// Returns the next instruction for the user: "press at the upper left (2 more there)", "press anywhere (3
+  /// more)", or "enough presses, all over the gel".
   std::string advice() const;
-  /// Zones that want more, for people: "upper left (2), middle (1)"; "" when none does.
+  /// Returns the zones that need more presses, for the user: "upper left (2), middle (1)"; "" if there are
+  /// none.
   std::string gaps() const;
 
  private:
@@ -43,16 +44,17 @@ class PressCoverage {
   std::array<int, kSide * kSide> taken_{};
 };
 
-/// Names of the zones, in their order: "upper left", "top", ...
+/// Returns the name of a zone: "upper left", "top", ...
 const char* press_zone_name(std::size_t zone);
 
-/// Slope of a ball of `ball_px` pixels radius at `radius_px` from its middle: the steepest that a zone shows.
+/// Returns the slope of a ball with a radius of `ball_px` pixels at the distance `radius_px` from its center,
+/// which is the largest slope in a zone of that radius.
 double rim_slope(double radius_px, double ball_px);
 
-/// For people: which depths of touch the presses do not cover, by their rim slopes; "" when they are mixed. A
-/// model of shallow presses guesses steeper slopes (20 % too flat on a simulated sensor), and one of deep
-/// presses reads lighter touches wrong where lamps are near (7 % too flat on one): their gel lies at another
-/// height.
+/// Returns a sentence for the user if the presses cover only shallow or only deep touches, judged by their
+/// largest slopes; or "". A model that was trained with shallow presses extrapolates to steeper slopes (20 %
+/// too flat on a simulated sensor). One that was trained with deep presses misreads lighter touches if the
+/// lamps are near, as the gel is at another height (7 % too flat on one sensor).
 std::string missing_depths(const std::vector<double>& rim_slopes);
 
 }  // namespace gelslam

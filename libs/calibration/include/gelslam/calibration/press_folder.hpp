@@ -10,26 +10,28 @@
 
 namespace gelslam {
 
-/// A calibration folder (see PressSet) that grows press by press. What is there is never overwritten, and
-/// after every press it is whole: a session that breaks off loses nothing, and a later one goes on, with
-/// another ball if it likes. Only one program at a time may use it: an existing folder is locked.
+/// A calibration folder (see PressSet) to which presses are added. Existing files are never overwritten, and
+/// the folder is complete after every press: if a session is interrupted, nothing is lost, and a later one
+/// can continue it, also with another ball. The folder is locked, because only one program at a time may add
+/// to it.
 class PressFolder {
  public:
-  /// Reads what is there; makes nothing yet. Throws Error when the folder holds something else, or presses
-  /// that cannot be read, or when another program collects into it.
+  /// Reads an existing folder; creates nothing yet. Throws Error when the folder contains other files or
+  /// unreadable presses, or when another program is adding to it.
   PressFolder(const std::filesystem::path& folder, double diameter_mm);
 
-  /// The background of an earlier session, or that written now; empty when there is none.
+  /// Background of an earlier session, or the one written now; empty if there is none.
   const cv::Mat3b& background() const { return earlier_.background; }
-  const PressSet& earlier() const { return earlier_; }  ///< the presses that were already there
+  const PressSet& earlier() const { return earlier_; }  ///< Presses that already existed.
 
-  /// Creates the folder with background.png, if it does not exist. Throws Error, as for all that follows,
-  /// when the disk does not take it; and when another program was quicker to make that folder.
+  /// Creates the folder with background.png if it does not exist. Like the following functions, throws Error
+  /// when a file cannot be written; also when another program has created the folder in the meantime.
   void write_background(const cv::Mat3b& background);
-  /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
-  /// light.
+  /// Throws Error when the current background `now` differs from that of the earlier presses, which means
+  /// another sensor, gel or light.
   void require_same_gel(const cv::Mat3b& now) const;
-  /// Writes `<diameter>mm/<n>/`, its circle as label, and the catalog's line; returns the press's name.
+  /// Writes `<diameter>mm/<n>/` with the circle as its label, and a line in the catalog. Returns the name of
+  /// the press.
   std::string add(const CollectedPress& press);
 
  private:

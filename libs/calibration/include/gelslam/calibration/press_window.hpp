@@ -14,15 +14,15 @@ namespace gelslam {
 
 class LabelSession;
 
-/// What a session that collects presses shows, at one time.
+/// The state of a session that collects presses, for the window.
 struct CollectView {
-  cv::Mat3b bgr, background;            ///< the newest picture, and the bare gel; empty at first
-  std::optional<ContactCircle> circle;  ///< found in this touch
+  cv::Mat3b bgr, background;            ///< The newest image, and the bare gel; empty at first.
+  std::optional<ContactCircle> circle;  ///< Circle found in the current touch.
   bool circle_is_good = false;
   PressCoverage coverage{{1, 1}, 1};
-  std::string headline, hint;  ///< what to do now, and where
-  std::string warning;         ///< what was wrong, or ""
-  bool closes = false;         ///< the session is over, and the window with it
+  std::string headline, hint;  ///< What to do now, and where.
+  std::string warning;         ///< Problem with the last touch, or "".
+  bool closes = false;         ///< True if the session is over and the window should close.
 };
 
 struct TakenPress {
@@ -30,13 +30,14 @@ struct TakenPress {
   FoundCircle found;
 };
 
-/// A session that collects presses, as the window sees it. Called from the window's thread.
+/// A session that collects presses, as the window uses it. Called from the window's thread.
 class CollectWatch {
  public:
   virtual ~CollectWatch() = default;
   virtual CollectView view() const = 0;
-  virtual std::vector<TakenPress> taken() = 0;  ///< since the last call
-  /// The contacts of all presses of this ball that are to be used, as a person has decided.
+  virtual std::vector<TakenPress> taken() = 0;  ///< Returns the presses since the last call.
+  /// Tells the session which contacts of this ball's presses are to be used, according to the user's
+  /// decisions.
   virtual void count(const std::vector<ContactCircle>& contacts) = 0;
   virtual double diameter_mm() const = 0;  ///< of the ball
 };
@@ -46,10 +47,11 @@ struct PressWindowOptions : viewer::WindowLoopOptions {
   double pixel_pitch_mm = 0.0634;
 };
 
-/// Shows the camera of `camera`, if there is one, and press after press with its circle, until the person
-/// ends it or view().closes; then what was decided is saved without a question. A disk that does not take it
-/// keeps the window open; the person may leave all the same. options.asks_to_end is as if Q were pressed.
-/// Main thread. Throws Error when there is no display, and when something stays unsaved at the end.
+/// Shows the camera of `camera`, if there is one, and the presses with their circles one by one, until the
+/// user ends it or view().closes; the decisions are then saved without a question. If a file cannot be
+/// written, the window stays open, but the user may still leave. options.asks_to_end acts like the key Q.
+/// Must be called from the main thread. Throws Error when there is no display, and when decisions remain
+/// unsaved at the end.
 void run_press_window(LabelSession& session, CollectWatch* camera, const PressWindowOptions& options);
 
 }  // namespace gelslam

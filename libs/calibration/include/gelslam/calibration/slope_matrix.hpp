@@ -8,18 +8,19 @@
 
 namespace gelslam {
 
-/// What a model reads of slopes along x and y (columns) as slopes along x and y (rows).
+/// A linear model of a gradient model's errors: read slopes (rows) as a function of true slopes (columns)
+/// along x and y.
 struct SlopeMatrix {
   Eigen::Matrix2d read_over_true = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d sigma = Eigen::Matrix2d::Zero();
   std::size_t touches = 0;
-  /// It differs from the identity by more than such standard deviations explain (chi², 5 %).
+  /// Says whether the matrix differs significantly from the identity (chi², 5 %).
   bool needs_correction() const;
 };
 
-/// From touches of a ball of known diameter (own): its normals are linear in the place, whatever its center.
-/// Read slopes are regressed on true ones, so that noise of what is read has no effect. Throws Error when no
-/// touch is that of a ball.
+/// Estimates the matrix from touches of a ball of known diameter (not in the paper). The normals of a sphere
+/// are a linear function of the position, whatever its center. Read slopes are regressed on true slopes, so
+/// that noise of the read slopes causes no bias. Throws Error when no touch looks like a ball.
 SlopeMatrix slope_matrix_from_ball(const std::vector<SurfacePtr>& touches, double diameter_mm);
 
 }  // namespace gelslam

@@ -9,42 +9,43 @@
 
 namespace gelslam {
 
-/// One pixel of a zone: slopes dh/dx, dh/dy relative to the gel at rest as the model reads them and as the
-/// ball has them.
+/// Slopes dh/dx, dh/dy of one pixel of a zone, relative to the gel at rest: as the model reads them, and as
+/// they are on the ball.
 struct ZoneReading {
   int u = 0, v = 0;
   std::array<double, 2> read{};
-  std::array<double, 2> labeled{};  ///< slopes of a ball at the zone's center
-  /// Slopes of a ball whose center lies where the model sees it, so that an error of the circle does not
-  /// count as an error of the gradient scale.
+  std::array<double, 2> labeled{};  ///< Slopes of a ball at the zone's center.
+  /// Slopes of a ball whose center was estimated from the read slopes, so that an error of the circle does
+  /// not count as an error of the gradient scale.
   std::array<double, 2> truth{};
 };
 
-/// Reads the press's zone with the model. Pixels that markers cover are left out. Throws Error when the model
-/// does not fit.
+/// Reads the zone of a press with the model. Pixels that markers cover are left out. Throws Error when the
+/// model does not match the image size.
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm);
 
-/// Read against true slopes of some pixels.
+/// Sums for the regression of read on true slopes over some pixels.
 struct SlopeSums {
   std::array<double, 2> read_true{}, true_true{};  ///< x, y
-  double abs_error_deg = 0.0;                      ///< against the labeled slopes, summed over both axes
+  double abs_error_deg = 0.0;  ///< Absolute errors against the labeled slopes, summed over both axes.
   double pixels = 0.0;
 
   void add(const ZoneReading& pixel);
-  /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
+  /// Slope of the regression of read on true slope through 0; 1 is unbiased. NaN without slopes.
   double scale_x() const { return read_true[0] / true_true[0]; }
   double scale_y() const { return read_true[1] / true_true[1]; }
   double scale() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
-  double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
+  /// Mean per axis, of the slope angles.
+  double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }
 };
 
-/// The same by place.
+/// SlopeSums over the whole gel and over its parts.
 struct SlopeStatistics {
   SlopeSums all;
-  std::array<SlopeSums, 9> ninths;  ///< of the gel, row by row
+  std::array<SlopeSums, 9> ninths;  ///< Ninths of the gel, row by row.
 
-  /// `picture`: size of the press's picture.
+  /// `picture` is the size of the press's image.
   void add(const ZoneReading& pixel, const cv::Size& picture);
 };
 

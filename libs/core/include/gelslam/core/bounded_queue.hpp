@@ -16,14 +16,15 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  /// Waits for room. Returns false when the queue is closed; `item` is then lost.
+  /// Waits for room and adds the item. Returns false when the queue is closed; `item` is then lost.
   bool push(T item) {
     std::unique_lock lock(mutex_);
     not_full_.wait(lock, [this] { return closed_ || items_.size() < capacity_; });
     return append(std::move(item));
   }
 
-  /// Never waits: makes room by dropping the oldest items. Returns how many were dropped.
+  /// Adds the item without waiting: if the queue is full, the oldest items are dropped. Returns how many were
+  /// dropped.
   std::size_t push_newest(T item) {
     const std::lock_guard lock(mutex_);
     std::size_t dropped = 0;
@@ -32,7 +33,8 @@ class BoundedQueue {
     return dropped;
   }
 
-  /// Never waits and never loses an item: for the rare message that must get in whatever the limit.
+  /// Adds the item without waiting or dropping, even if the limit is exceeded. Returns false when the queue
+  /// is closed.
   bool push_beyond_limit(T item) {
     const std::lock_guard lock(mutex_);
     return append(std::move(item));
@@ -45,7 +47,7 @@ class BoundedQueue {
     return take();
   }
 
-  /// Waits for an item, at most until `time`. False: the queue is closed and empty.
+  /// Waits for an item, at most until `time`. Returns false when the queue is closed and empty.
   template <typename Time>
   bool wait_until(const Time& time) {
     std::unique_lock lock(mutex_);
@@ -53,13 +55,13 @@ class BoundedQueue {
     return !closed_ || !items_.empty();
   }
 
-  /// The next item, if there is one.
+  /// Returns the next item if there is one.
   std::optional<T> try_pop() {
     const std::lock_guard lock(mutex_);
     return take();
   }
 
-  /// No more items are accepted; those inside can still be taken out.
+  /// Closes the queue: no more items are accepted, but those inside can still be taken.
   void close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
@@ -96,7 +98,7 @@ class BoundedQueue {
   bool closed_ = false;
 };
 
-/// Closes a queue at the end of a scope, also when that throws.
+/// Closes a queue at the end of a scope, even if an exception leaves it.
 template <typename T>
 struct QueueCloser {
   BoundedQueue<T>& queue;

@@ -6,8 +6,8 @@
 
 namespace gelslam {
 
-/// Some items, evenly from a series whose length is not known: of every `step`-th, and of every second of
-/// these each time there would be `most`.
+/// Keeps up to `most` items, evenly spaced, of a series of unknown length: every `step`-th item is kept, and
+/// whenever there would be too many, every second one of these is dropped and `step` is doubled.
 template <class T>
 class EvenSample {
  public:

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// Owns an open file or socket; closes it. Negative: none. Movable.
+/// Owns an open file or socket and closes it. A negative number means none. Movable.
 class FileDescriptor {
  public:
   explicit FileDescriptor(int descriptor = -1) : descriptor_(descriptor) {}
@@ -31,10 +31,10 @@ class FileDescriptor {
   int descriptor_;
 };
 
-/// The last system call's error in words.
+/// Returns the message of the last system call's error.
 inline std::string errno_text() { return std::generic_category().message(errno); }
 
-/// Whether the path still leads to what is open; that may have been moved, or replaced.
+/// Says whether the path still refers to the open file, which may have been moved or replaced.
 inline bool leads_to(const std::filesystem::path& path, const FileDescriptor& file) {
   struct stat open {
   }, named{};
@@ -42,7 +42,7 @@ inline bool leads_to(const std::filesystem::path& path, const FileDescriptor& fi
          open.st_ino == named.st_ino && open.st_dev == named.st_dev;
 }
 
-/// Makes renames in a folder durable. Best effort: not every file system can.
+/// Makes renames in a folder durable, as far as the file system supports it.
 inline void sync_folder(const std::filesystem::path& folder) {
   const FileDescriptor directory(
       ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

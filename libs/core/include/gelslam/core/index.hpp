@@ -7,11 +7,11 @@
 
 namespace gelslam {
 
-/// An identifier or a signed count as an index into a container. It must not be negative.
+/// Converts an identifier or a signed count to an index into a container. It must not be negative.
 constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-/// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that names of components do
-/// not depend on the order in which edges arrive.
+/// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that the numbering of
+/// components does not depend on the order of the edges.
 class UnionFind {
  public:
   explicit UnionFind(int size) : parent_(static_cast<std::size_t>(size)) {

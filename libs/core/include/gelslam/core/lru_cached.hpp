@@ -9,8 +9,9 @@
 
 namespace gelslam {
 
-/// A large object that is made when it is asked for, and kept for as long as somebody uses it or it is one of
-/// the `capacity` of its type that were used last; no longer when nobody can ask for it. Thread-safe.
+/// A large object that is computed on demand. It is kept in memory as long as it is in use or among the
+/// `capacity` most recently used objects of its type, and is freed when its LruCached is destroyed.
+/// Thread-safe.
 template <typename T, std::size_t capacity = 32>
 class LruCached {
  public:
@@ -55,7 +56,7 @@ class LruCached {
 
    private:
     std::mutex mutex_;
-    std::deque<std::shared_ptr<const T>> kept_;  // the last used at the end
+    std::deque<std::shared_ptr<const T>> kept_;  // The most recently used one is at the end.
   };
 
   static RecentlyUsed& recently_used() {

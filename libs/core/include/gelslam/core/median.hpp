@@ -7,7 +7,8 @@
 
 namespace gelslam {
 
-/// The median; of an even number of values the upper one of the two in the middle. 0 for no values.
+/// Returns the median; for an even number of values, the upper one of the two in the middle. 0 if there are
+/// none.
 inline double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -15,8 +16,8 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-/// The quantile at `share` (0..1) by nearest rank, so that it is always one of the values; 0 for no values.
-/// Reorders `values`.
+/// Returns the quantile at `share` (0..1) by nearest rank, so that it is always one of the values; 0 if there
+/// are none. Reorders `values`.
 template <typename Value>
 Value quantile_in_place(std::vector<Value>& values, double share) {
   if (values.empty()) return Value{};
@@ -25,7 +26,7 @@ Value quantile_in_place(std::vector<Value>& values, double share) {
   return *rank;
 }
 
-/// The same; `values` of the caller are not reordered.
+/// As quantile_in_place(), for a copy of the values.
 template <typename Value>
 Value quantile(std::vector<Value> values, double share) {
   return quantile_in_place(values, share);

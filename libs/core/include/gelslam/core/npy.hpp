@@ -27,10 +27,10 @@ struct NpyArray {
 /// Never runs code (pickled objects are refused).
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 31);
 
-/// The same from bytes in memory; `name` stands for the file in errors.
+/// Reads an array from memory; `name` stands for the file in errors.
 NpyArray parse_npy(std::string_view bytes, const std::string& name);
 
-/// The bytes of a file of float64 values, version 1.0, as write_npy writes them.
+/// Returns the bytes of a file of float64 values, version 1.0, as write_npy() writes them.
 std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values);
 
 /// Writes version 1.0, atomically. `values` must have as many elements as `shape` says (else

@@ -8,9 +8,9 @@
 
 namespace gelslam {
 
-/// What happens to each key of a configuration. One description of the keys (a function that calls these for
-/// every field of an options struct) serves to read them, to write them with their comments, and to check for
-/// unknown ones:
+/// A visitor of all keys of a configuration. The keys are described once, by a function that calls these
+/// methods for every field of an options struct. The description is used to read the keys, to write them with
+/// their comments, and to detect unknown ones:
 ///
 ///   void describe_options(OptionVisitor& visit, TrackOptions& options) {
 ///     visit.number("scr_threshold", options.scr_threshold, 0, 1, "least shared curvature ratio");
@@ -25,37 +25,38 @@ namespace gelslam {
 class OptionVisitor {
  public:
   virtual ~OptionVisitor() = default;
-  /// Whether the file has it.
+  /// Visits a section. Returns whether the file has it.
   virtual bool section(const std::string& key, const std::string& comment,
                        const std::function<void()>& fields) = 0;
   virtual void number(const std::string& key, double& value, double min, double max,
                       const std::string& comment) = 0;
-  /// "[1.5, 2]"
+  /// Visits a list of two numbers, "[1.5, 2]".
   virtual void pair(const std::string& key, std::array<double, 2>& values, double min, double max,
                     const std::string& comment) = 0;
   virtual void integer(const std::string& key, int& value, int min, int max, const std::string& comment) = 0;
   virtual void flag(const std::string& key, bool& value, const std::string& comment) = 0;
   virtual void text(const std::string& key, std::string& value, const std::string& comment) = 0;
-  /// Relative names count from the configuration file's folder, and \ of a name that is not there is a /;
-  /// after reading, `value` is absolute or empty.
+  /// Visits a path. Relative names are relative to the configuration file's folder; a \ in a name that does
+  /// not exist is read as /. After reading, `value` is absolute or empty.
   virtual void path(const std::string& key, std::filesystem::path& value, const std::string& comment) = 0;
-  /// A key that files may have and that means nothing. It is not written.
+  /// Accepts a key that has no effect. It is not written.
   virtual void ignored(const std::string& key) = 0;
 };
 
 using OptionList = std::function<void(OptionVisitor&)>;
 
-/// Reads a YAML file into the fields. Throws Error "config.yaml:12: ..." with the line, on a missing or
-/// unreadable file, more than 1 MiB, bad syntax, a value of the wrong type or out of bounds, a key given
-/// twice, and an unknown key (naming the nearest known one). On an error fields that were read before it have
+/// Reads a YAML file into the fields. Throws Error "config.yaml:12: ..." with the line, for a missing or
+/// unreadable file, more than 1 MiB, bad syntax, a value of the wrong type or out of bounds, a duplicate key,
+/// and an unknown key (with the nearest known one). After an error, fields that were read before it have
 /// changed.
 void read_options(const std::filesystem::path& file, const OptionList& options);
 
-/// The same from text; `name` stands for the file in errors, and relative paths count from its folder.
+/// Reads options from text; `name` stands for the file in errors, and relative paths are relative to its
+/// folder.
 void read_options_text(std::string_view yaml, const std::filesystem::path& name, const OptionList& options);
 
-/// The fields as YAML, one key per line with its comment and bounds; read_options gives back exactly the same
-/// values.
+/// Returns the fields as YAML, one key per line with its comment and bounds. read_options() reads exactly the
+/// same values back.
 std::string write_options(const OptionList& options);
 
 }  // namespace gelslam

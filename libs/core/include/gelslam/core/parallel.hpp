@@ -11,7 +11,8 @@
 namespace gelslam {
 
 /// Calls work(i) for i in [0, count) on `threads` threads (0: all cores). Each call must write only its own
-/// results; then they do not depend on the number of threads. The first exception is rethrown here.
+/// results, so that they do not depend on the number of threads. The first exception is rethrown by this
+/// function.
 template <typename Work>
 void parallel_for(std::size_t count, int threads, Work&& work) {
   const std::size_t wanted =
@@ -36,8 +37,8 @@ void parallel_for(std::size_t count, int threads, Work&& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// The same for consecutive ranges of up to `step` indices: work(begin, end). For indices that cost little
-/// each, or that share something that is costly to make.
+/// As parallel_for(), for consecutive ranges of up to `step` indices: work(begin, end). To be used for
+/// indices with little work each, or with expensive common preparation.
 template <typename Work>
 void parallel_for_ranges(std::size_t count, std::size_t step, int threads, Work&& work) {
   parallel_for((count + step - 1) / step, threads,

@@ -11,7 +11,8 @@
 
 namespace gelslam {
 
-/// Points by the cells of a grid, to find those near a place. Fast for radii of about a cell's width.
+/// Points sorted into the cells of a grid, to find those near a position. Fast for radii of about a cell's
+/// width.
 class PointGrid {
  public:
   PointGrid(std::vector<Eigen::Vector3d> points, double cell_width)
@@ -21,7 +22,7 @@ class PointGrid {
     std::sort(by_cell_.begin(), by_cell_.end());
   }
 
-  /// Calls visit(index) for the points within `radius`, cell by cell, those of a cell in their order.
+  /// Calls visit(index) for all points within `radius`, cell by cell, in their order within a cell.
   template <typename Visit>
   void visit(const Eigen::Vector3d& center, double radius, Visit&& visit) const {
     const Cell low = cell(center.array() - radius), high = cell(center.array() + radius);

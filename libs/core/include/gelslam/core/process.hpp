@@ -4,26 +4,27 @@
 
 namespace gelslam {
 
-/// Memory of this process that is in RAM now, in MB (2^20 bytes); 0 where the system does not tell.
+/// Returns the memory of this process that is in RAM, in MB (2^20 bytes); 0 if the system does not tell.
 double resident_memory_mb();
 
-/// Gives memory that was freed back to the system, where it does not go back by itself: what threads have
-/// freed, and what lies below something that is still in use. To be called where much was freed.
+/// Returns freed memory to the system that the allocator would otherwise keep: memory freed by threads, and
+/// memory below blocks that are still in use. To be called after much memory was freed.
 void return_free_memory();
 
-/// Lowers the calling thread's priority by ten nice steps below what it has (so that a program started under
-/// `nice` keeps the order among its own threads): for work that must never keep the tracker waiting. Threads
-/// it starts afterwards inherit it; call it once per thread. Does nothing where the system refuses.
+/// Lowers the priority of the calling thread by ten nice steps relative to its current one, so that the order
+/// within the program is kept under `nice`, too. For work that must never delay the tracker. Threads that it
+/// starts afterwards inherit the priority. To be called once per thread. Has no effect if the system refuses.
 void lower_thread_priority();
 
-/// While an instance lives, the first `asks` signals Ctrl-C (SIGINT) or SIGTERM do not end the program:
-/// requested() turns true, and long work stops at the next frame and keeps its results. The next signal (by
-/// default the second) ends the program at once. A closed terminal (SIGHUP) counts as a request, too, once.
-/// An instance within another one counts its own requests, and the outer one these, too.
+/// While an instance exists, the first `asks` signals Ctrl-C (SIGINT) or SIGTERM do not end the program.
+/// Instead requested() becomes true, and long work stops at the next frame and keeps its results. The next
+/// signal (by default the second) ends the program immediately. A closed terminal (SIGHUP) also counts as a
+/// request, but only once. A nested instance counts its own requests; the outer one counts them, too.
 class InterruptWatch {
  public:
-  /// regularly: only a signal ends the work, as with a camera. at_once: even the first one ends the program,
-  /// in the work of a library that cannot be stopped and has written nothing; within another instance, too.
+  /// regularly: a signal is the normal way to end the work, as with a camera. at_once: even the first signal
+  /// ends the program, within another instance, too; for work of a library that cannot be stopped and has
+  /// written nothing.
   enum class Ends { early, regularly, at_once };
   explicit InterruptWatch(int asks = 1, Ends ends = Ends::early);
   ~InterruptWatch();
@@ -32,13 +33,13 @@ class InterruptWatch {
 
   bool requested() const { return requests() > 0; }
   int requests() const;
-  /// The first signal that ended work early since the latest outermost instance was made, also after its
-  /// end; 0: none.
+  /// Returns the first signal that ended work early since the latest outermost instance was created, even
+  /// after its destruction; 0 if there was none.
   static int ended_early_by();
 
  private:
   const int first_request_;
-  // Of the instance around it: a camera is opened within the work with it.
+  // Of the enclosing instance; for example, a camera is opened within the work that uses it.
   const bool previous_ends_regularly_;
   const int previous_limit_;
   struct sigaction previous_interrupt_ {};

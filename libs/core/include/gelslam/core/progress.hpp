@@ -10,13 +10,13 @@
 namespace gelslam {
 
 /// Receives the progress of long work. Library code reports to a sink and never prints; the program chooses
-/// the sink. One task at a time, from one thread.
+/// the sink. There is one task at a time, reported by one thread.
 class ProgressSink {
  public:
   virtual ~ProgressSink() = default;
-  /// A task of `total` steps starts (nullopt: unknown); `task` is a noun for people: "tracking".
+  /// A task of `total` steps begins (nullopt: unknown). `task` is a noun for the user: "tracking".
   virtual void begin(std::string_view task, std::optional<std::int64_t> total) = 0;
-  /// `done` steps of the task are done in all. Cheap enough to call for every frame.
+  /// `done` is the total number of steps done. Cheap enough to be called for every frame.
   virtual void update(std::int64_t done) = 0;
   virtual void end() = 0;
 };
@@ -29,11 +29,11 @@ class NoProgress final : public ProgressSink {
   void end() override {}
 };
 
-/// One task whose steps run on several threads (parallel_for): counts them all, and tells the sink only from
-/// the thread that made this object, which works, too.
+/// One task whose steps run on several threads (parallel_for()). It counts the steps of all threads, and
+/// calls the sink only in the thread that created this object, which takes part in the work.
 class ParallelProgress {
  public:
-  /// Begins the task. `sink` null: nothing is reported.
+  /// Begins the task. If `sink` is null, nothing is reported.
   ParallelProgress(ProgressSink* sink, std::string_view task, std::size_t total)
       : sink_(sink), total_(static_cast<std::int64_t>(total)) {
     if (sink_ != nullptr) sink_->begin(task, total_);
@@ -41,12 +41,12 @@ class ParallelProgress {
   ParallelProgress(const ParallelProgress&) = delete;
   ParallelProgress& operator=(const ParallelProgress&) = delete;
 
-  /// From any thread, at most `total` times.
+  /// To be called from any thread, at most `total` times.
   void step() {
     const std::int64_t done = ++done_;
     if (sink_ != nullptr && std::this_thread::get_id() == thread_) sink_->update(done);
   }
-  /// All is done, also where fewer steps were needed.
+  /// Reports that all is done, even if fewer steps were needed.
   void end() {
     if (sink_ == nullptr) return;
     sink_->update(total_);

@@ -34,11 +34,11 @@ double rotation_angle_rad(const Pose& pose);
 /// Re-orthonormalizes the rotation: products of many poses drift away from SO(3).
 Pose normalized(const Pose& pose);
 
-// Decompositions of small matrices, compiled once: each of them costs every file that calls Eigen's template
-// 5 to 10 s of compile time.
+// Decompositions of small matrices. They are compiled here once, because each file that calls Eigen's
+// templates takes 5 to 10 s longer to compile.
 
-/// Eigenvalues, ascending, and unit eigenvectors (columns) of a symmetric matrix, of which the lower half is
-/// read.
+/// Eigenvalues in ascending order and unit eigenvectors (columns) of a symmetric matrix, of which only the
+/// lower triangle is read.
 struct SymmetricEigen {
   Eigen::VectorXd values;
   Eigen::MatrixXd vectors;
@@ -46,8 +46,8 @@ struct SymmetricEigen {
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& symmetric);
 Matrix6d inverted(const Matrix6d& matrix);
 
-/// The rotation by the smallest angle that turns the z axis to `direction` (any length but 0); 180 degrees
-/// about some axis of the xy plane for -z.
+/// Returns the rotation by the smallest angle that turns the z axis to `direction` (of any length but 0). For
+/// -z it is 180 degrees about some axis in the xy plane.
 Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction);
 
 }  // namespace gelslam

@@ -16,27 +16,27 @@ class OptionVisitor;
 /// A point (x, y, z) of the sensor frame lies on the ray of X = (x, y) / (1 + z / distance). Where nothing
 /// touches, z = -(a x² + b y²).
 struct SensorOptics {
-  double lens_k1 = 0;                           ///< k, per half picture width squared; 0: no lens
-  std::array<double, 2> lens_center_px{0, 0};   ///< principal point, from the picture's center
+  double lens_k1 = 0;                           ///< k, per squared half image width; 0: no lens.
+  std::array<double, 2> lens_center_px{0, 0};   ///< Principal point relative to the image center.
   double pixel_aspect = 1;                      ///< scale along x over y
-  double camera_distance_mm = 0;                ///< behind the plane; 0: orthographic
+  double camera_distance_mm = 0;                ///< Distance behind the plane; 0: orthographic.
   std::array<double, 2> gel_dome_per_mm{0, 0};  ///< a, b
 
   bool has_lens() const {
     return lens_k1 != 0 || lens_center_px != std::array{0.0, 0.0} || pixel_aspect != 1;
   }
-  /// 1/mm, 0 for an orthographic camera: formulas need no other case.
+  /// Returns 1/distance in 1/mm, and 0 for an orthographic camera, so that formulas need no special case.
   double inverse_distance() const { return camera_distance_mm > 0 ? 1 / camera_distance_mm : 0; }
   bool operator==(const SensorOptics&) const = default;
 };
 
-/// Why no sensor with such pictures has these optics, or "".
+/// Returns why no sensor with images of this size can have these optics, or "".
 std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm);
 
-/// For people: "camera at 22 mm, lens k1 0.037, dome 0.0017 and 0.0028 per mm".
+/// Returns a description for the user: "camera at 22 mm, lens k1 0.037, dome 0.0017 and 0.0028 per mm".
 std::string optics_text(const SensorOptics& optics);
 
-/// The numbers under the names that files have for them. `Json`: nlohmann's, which calls this.
+/// Converts the numbers to JSON under the names that they have in files. Called by nlohmann::json.
 template <typename Json>
 void to_json(Json& json, const SensorOptics& optics) {
   json = {{"lens_k1", optics.lens_k1},
@@ -47,17 +47,18 @@ void to_json(Json& json, const SensorOptics& optics) {
 }
 void describe_optics(OptionVisitor& visit, SensorOptics& optics);
 
-/// Name of the file beside a model or a calibration's catalog.
+/// Name of the optics file beside a gradient model or a calibration catalog.
 inline constexpr const char* kOpticsFileName = "optics.yaml";
 
-/// Throws Error with file and line, like read_options(). What the pictures must fit is not checked.
+/// Reads an optics file. Throws Error with file and line, as read_options(). It does not check whether the
+/// optics match the size of the images.
 SensorOptics read_optics(const std::filesystem::path& file);
-/// The file of optics in the folder of `beside`, if there is one.
+/// Reads the optics file in the folder of `beside`, if there is one.
 std::optional<SensorOptics> find_optics(const std::filesystem::path& beside);
 void write_optics(const std::filesystem::path& file, const SensorOptics& optics);
 
-/// Error that a slope along one axis causes in the slope along the other, as a share of the error that it
-/// causes in the slope along its own axis.
+/// Systematic slope errors also mix the axes: the error that a slope along one axis causes in the slope along
+/// the other one, relative to the error that it causes along its own axis.
 inline constexpr double kCrossAxisShare = 0.3;
 
 }  // namespace gelslam

@@ -10,20 +10,21 @@
 
 namespace gelslam {
 
-/// How long one stage took: count, total and max over everything, median and p99 over the newest samples.
+/// Duration of a stage: count, total and maximum over all samples, median and p99 over the newest samples.
 struct StageStatistics {
   std::string stage;
   std::int64_t count = 0;
   double median_ms = 0, p99_ms = 0, max_ms = 0, total_ms = 0;
 };
 
-/// Times per stage on the monotonic clock, always on: about a tenth of a microsecond per sample, memory
-/// bounded by the number of stages. Thread-safe.
+/// Measures the durations of stages on the monotonic clock. It is always active, as a sample takes about a
+/// tenth of a microsecond, and the memory is bounded by the number of stages. Thread-safe.
 class StageTimer {
  public:
-  static constexpr std::size_t kKeptSamples = 4096;  ///< per stage, for the median: newest 164 s at 25 Hz
+  /// Samples per stage for the median: the newest 164 s at 25 Hz.
+  static constexpr std::size_t kKeptSamples = 4096;
 
-  /// Adds the time from its construction to its destruction.
+  /// Adds the time between its construction and destruction.
   class Scope {
    public:
     Scope(StageTimer& timer, std::string_view stage) : timer_(timer), stage_(stage), start_(Clock::now()) {}
@@ -41,7 +42,8 @@ class StageTimer {
   /// `stage` must outlive the scope: a string literal.
   [[nodiscard]] Scope measure(std::string_view stage) { return Scope(*this, stage); }
   void add(std::string_view stage, double duration_ms);
-  /// In the order in which stages were first seen. Percentiles are nearest-rank: always a time that occurred.
+  /// Returns the statistics in the order in which the stages first occurred. Percentiles are nearest-rank, so
+  /// they are times that occurred.
   std::vector<StageStatistics> statistics() const;
 
  private:
@@ -49,7 +51,7 @@ class StageTimer {
     std::size_t order = 0;
     std::int64_t count = 0;
     double max_ms = 0, total_ms = 0;
-    std::vector<float> newest_ms;  // a ring once it holds kKeptSamples
+    std::vector<float> newest_ms;  // A ring buffer once it contains kKeptSamples.
   };
   mutable std::mutex mutex_;
   std::map<std::string, Stage, std::less<>> stages_;

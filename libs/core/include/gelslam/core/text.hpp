@@ -12,34 +12,35 @@ namespace gelslam {
 /// letters differ). The first of equally near ones.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 
-/// `text` with line breaks and other control characters turned into blanks, runs of blanks into one, and
-/// bytes that are no UTF-8 into ?; at most 4 kB: messages are one line whatever a file or its name holds.
+/// Returns `text` as one line of at most 4 kB: line breaks and other control characters become blanks, runs
+/// of blanks become one, and bytes that are no UTF-8 become ?. Messages stay on one line whatever a file
+/// contains.
 std::string one_line(std::string_view text);
 
 /// Order by which people sort file names: runs of digits compare as numbers, so frame_2 comes before
 /// frame_10. A strict weak ordering; equal numbers with different leading zeros are ordered bytewise.
 bool natural_less(std::string_view a, std::string_view b);
 
-/// 'a/b c', as messages name files.
+/// Returns the path in quotes, as messages name files: 'a/b c'.
 std::string quoted(const std::filesystem::path& path);
 
-/// Without these characters at both ends.
+/// Removes these characters at both ends.
 std::string trimmed(std::string_view text, std::string_view blanks = " \t");
 
-/// ASCII letters only.
+/// Converts ASCII letters only.
 std::string lower_case(std::string text);
 
-/// "1 loop", "0 loops", "2 presses": with the noun's regular plural.
+/// Returns "1 loop", "0 loops", "2 presses": with the regular plural of the noun.
 std::string counted(std::int64_t number, std::string_view noun);
 
-/// Makes "first; second" of text and sentence; either may be empty.
+/// Appends a sentence to a text, separated by "; ". Either may be empty.
 void append_sentence(std::string& text, std::string_view sentence);
 
 /// "320x240".
 std::string size_text(std::int64_t width, std::int64_t height);
 
-/// A number for people with this many significant digits, without trailing zeros, and without an exponent
-/// where it is not needed: "12.35", "0.5", "12346" (whole digits are never dropped).
+/// Returns a number for the user with this many significant digits, without trailing zeros, and without an
+/// exponent if possible: "12.35", "0.5", "12346" (digits before the decimal point are never dropped).
 std::string short_number(double value, int digits = 4);
 
 /// "4 s", "2:05 min", "1:02:05 h"; rounded to whole seconds.
@@ -48,7 +49,7 @@ std::string duration_text(double seconds);
 /// "7 B", "812 kB", "1.24 GB" (powers of ten).
 std::string bytes_text(std::int64_t bytes);
 
-/// Bytes as text for JSON and HTML: RFC 4648, with padding.
+/// Encodes bytes as text for JSON and HTML (RFC 4648, with padding).
 std::string base64(std::string_view bytes);
 
 }  // namespace gelslam

@@ -18,13 +18,13 @@ struct ZipLimits {
   std::size_t entry_bytes = 64 * 1024;
 };
 
-/// All entries of a zip archive, checksums verified. `name` stands for it in errors. Throws Error when it is
-/// damaged, no zip archive, or larger than `limits`.
+/// Reads all entries of a zip archive and verifies their checksums. `name` stands for it in errors. Throws
+/// Error when it is damaged, no zip archive, or larger than `limits`.
 std::vector<ZipEntry> parse_zip(std::string_view bytes, const std::string& name,
                                 const ZipLimits& limits = {});
 
-/// Entries stored, not compressed (as PyTorch wants them), with a fixed date: the same entries give the same
-/// bytes. The file appears when it is whole. Throws Error when the disk does not take it.
+/// Writes entries without compression (as PyTorch requires) and with a fixed date, so that the same entries
+/// give the same bytes. The file appears when it is complete. Throws Error when it cannot be written.
 void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries);
 
 }  // namespace gelslam

@@ -8,21 +8,23 @@
 
 namespace gelslam {
 
-/// What is known about a recorded log. `start` is the sensor's frame at the first contact.
+/// Ground truth of a recorded log. `start` is the sensor's frame at the first contact.
 struct GroundTruth {
   std::vector<std::optional<Pose>>
-      start_T_currs;           ///< one per frame after the background; none where nothing touches
-  int background_frames = 10;  ///< frames of the log before start_T_currs[0]
+      start_T_currs;           ///< One pose per frame after the background; none without contact.
+  int background_frames = 10;  ///< Frames of the log before start_T_currs[0].
   double fps = 25.0;
-  std::optional<double> start_s{};  ///< of a truth that was matched by time: of the first pose that both know
-  std::optional<Pose> object_T_start;       ///< places a reconstruction on the true mesh
-  std::filesystem::path mesh_path;          ///< the object's true surface; empty where there is none
-  std::vector<Eigen::Vector3d> touched_mm;  ///< points really touched, object frame; empty where unknown
+  /// For a truth that was matched by time: the time of the first pose that both trajectories have.
+  std::optional<double> start_s{};
+  std::optional<Pose> object_T_start;  ///< Aligns a reconstruction with the true mesh.
+  std::filesystem::path mesh_path;     ///< The object's true surface; empty if there is none.
+  /// Points that were touched, in the object frame; empty if not known.
+  std::vector<Eigen::Vector3d> touched_mm;
 
   int log_frames() const { return background_frames + static_cast<int>(start_T_currs.size()); }
 };
 
-/// true_start_T_currs.npy in a data folder, or true_transforms.npy, as older public data name it.
+/// Returns true_start_T_currs.npy in a data folder, or true_transforms.npy, its name in older public data.
 std::filesystem::path truth_file(const std::filesystem::path& folder);
 
 /// Reads a data folder: truth_file() (N x 4 x 4, meters, NaN where nothing touches); optional

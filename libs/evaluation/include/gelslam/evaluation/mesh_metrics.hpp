@@ -15,8 +15,8 @@ struct DistanceSummary {
   double p95_mm = 0.0;
 };
 
-/// The share of the reconstruction within a distance of the truth, the share of the truth's points within
-/// that distance of the reconstruction, and their harmonic mean.
+/// Fraction of the reconstruction within a distance of the true surface (precision), fraction of the truth's
+/// points within that distance of the reconstruction (completeness), and their harmonic mean.
 struct ShareWithin {
   double distance_mm = 0.0;
   double precision = 0.0;
@@ -25,11 +25,12 @@ struct ShareWithin {
 };
 
 struct MeshMetrics {
-  DistanceSummary accuracy;         ///< distances_from() the reconstruction to the true surface
-  DistanceSummary completeness;     ///< from the truth's points to the reconstructed surface
-  std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and, the largest, 0.25 mm
-  /// Median angle between normals of the reconstruction and of the true surface nearby; and the same with the
-  /// reconstruction moved along itself by 1 mm: no larger where the relief is another.
+  DistanceSummary accuracy;  ///< Distances from the reconstruction to the true surface (distances_from()).
+  DistanceSummary completeness;     ///< Distances from the truth's points to the reconstructed surface.
+  std::vector<ShareWithin> within;  ///< For 0.05, 0.1 and 0.25 mm.
+  /// Median angle between the normals of the reconstruction and those of the true surface nearby; and the
+  /// same with the reconstruction shifted along its surface by 1 mm. If the true surface belongs to another
+  /// object, the first angle is not smaller than the second.
   double normals_deg = 0, normals_aside_deg = 0;
 };
 
@@ -38,37 +39,40 @@ struct SurfaceSample {
   int triangle;
 };
 
-/// `count` points spread over the mesh in proportion to area (systematic sampling along the triangles'
-/// cumulated area; same seed, same points). Throws Error when the mesh has no area.
+/// Returns `count` points distributed over the mesh in proportion to area (systematic sampling along the
+/// cumulated area of the triangles). The same seed gives the same points. Throws Error when the mesh has no
+/// area.
 std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint64_t seed);
 
 std::vector<Eigen::Vector3d> sample_points(const std::vector<SurfaceSample>& samples);
 
-/// Distances of a surface, area-weighted, to `target`. Point-to-triangle. Throws Error when it has no area.
+/// Returns the point-to-triangle distances from a surface, weighted by area, to `target`. Throws Error when
+/// the surface has no area.
 DistanceSummary distances_from(const Mesh& surface, const TriangleScene& target);
 
-/// Area of a surface around those vertices that are nearest to one of the points, mm².
+/// Returns the area (mm²) of a surface around those vertices that are the nearest one of any of the points.
 double area_around(const std::vector<Eigen::Vector3d>& points_mm, const TriangleScene& surface);
 
-/// The mesh with its vertices and normals moved by a pose.
+/// Returns the mesh with its vertices and normals transformed by a pose.
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);
 
-/// Distances of a reconstruction, already placed in the truth's frame, to the true surface, and of
-/// `truth_points_mm` (points really touched, or samples of the whole surface) to it. Point-to-triangle, no
-/// scale, no alignment.
+/// Evaluates a reconstruction in the truth's frame: its distances to the true surface, and the distances of
+/// `truth_points_mm` (touched points, or samples of the whole surface) to it. Point-to-triangle; no scale and
+/// no alignment are estimated.
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm);
 
-/// The size of a rigid refinement: how far it moves the mesh's center, and by what angle it turns the mesh.
+/// A rigid refinement, with its size: the shift of the mesh's center and the rotation angle.
 struct Refinement {
   Pose truth_T_estimate = Pose::Identity();
   double shift_mm = 0.0;
   double rotation_deg = 0.0;
 };
 
-/// Rigid point-to-plane ICP of the reconstruction onto the true surface, Huber weights, started at identity.
-/// Directions that the surface does not determine (sliding on a plane, turning a ball) are left alone. Never
-/// ends at a larger mean distance than it began with. Source: Chen & Medioni 1992; own implementation.
+/// Aligns the reconstruction with the true surface by rigid point-to-plane ICP (Chen & Medioni 1992) with
+/// Huber weights, starting at identity. The pose is not changed along directions that the surface does not
+/// determine (such as sliding on a plane or rotating a ball). The mean distance at the end is never larger
+/// than at the beginning.
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth);
 
 }  // namespace gelslam

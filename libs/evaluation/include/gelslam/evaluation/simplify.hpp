@@ -9,10 +9,11 @@ struct SimplifiedMesh {
   double error_mm = 0.0;
 };
 
-/// Fewer triangles by edge collapse (Garland & Heckbert 1997, by meshoptimizer) while its error, the root of
-/// the quadric error, stays within `max_error_mm`: an estimate of the distance from the full surface; single
-/// places may lie further off. Vertices keep their places, normals and confidence, and so does the border.
-/// `full` has triangles, and stays as it is where none would be left.
+/// Simplifies a mesh by edge collapse (Garland & Heckbert 1997, with meshoptimizer) as long as the root of
+/// the quadric error stays within `max_error_mm`. This error is an estimate of the distance to the full
+/// surface; at single points the distance may be larger. The remaining vertices keep their positions, normals
+/// and confidence, and the border does not change. `full` must have triangles; if none would be left, it is
+/// returned unchanged.
 SimplifiedMesh simplify(const Mesh& full, double max_error_mm);
 
 }  // namespace gelslam

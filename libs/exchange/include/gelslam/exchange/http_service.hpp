@@ -12,39 +12,39 @@
 
 namespace gelslam {
 
-/// What is shown of a scan, or of tracking, and what may be asked of it. Called from any thread; returns at
-/// once.
+/// Access to a scan (or to tracking) for the web page. Called from any thread; returns immediately.
 struct WatchedScan {
   std::function<LiveStatus()> status;
   std::function<std::shared_ptr<const FrameReport>()> touch;
   std::function<std::shared_ptr<const MapSnapshot>()> map;
-  std::function<void(ScanCommand)> ask;  ///< what refusal() does not refuse
-  bool another = false;                  ///< of refusal()
+  std::function<void(ScanCommand)> ask;  ///< Executes a command that refusal() allows.
+  bool another = false;                  ///< Argument of refusal().
 };
 
-/// The scan for browsers and programs: a page, poses as they come, the surface, and what a person may ask of
-/// the scan (docs/streaming.md). No client delays it.
+/// Serves the scan to browsers and programs: a page, the stream of poses, the surface, and commands that a
+/// user may give (docs/streaming.md). No client can delay the scan.
 class HttpService {
  public:
   virtual ~HttpService() = default;
 
-  std::vector<std::string> urls;  ///< what a person may open, at any address of this machine that is served
+  /// Addresses that a user may open, one for each served address of this computer.
+  std::vector<std::string> urls;
 
-  /// What is shown as long as the result lives; its last state stays.
+  /// Shows this scan as long as the result exists; afterwards its last state remains.
   [[nodiscard]] virtual std::shared_ptr<void> watch(WatchedScan scan) = 0;
-  /// Once the lines are closed: who reads them gets a second for the end. Open pages fetch the last mesh: 10
-  /// s at most.
+  /// To be called when the lines are closed. Readers of lines get one second for the end of the stream; open
+  /// pages get up to 10 s to fetch the last mesh.
   virtual void finish() = 0;
 };
 
 struct ServeOptions {
-  std::string address;  ///< [HOST:]PORT; 127.0.0.1 without a host, port 0: any free one
-  std::string token;    ///< that every request has to name; "": a random one
-  bool tum = true;      ///< poses come as TUM, too
+  std::string address;  ///< [HOST:]PORT. Without a host it is 127.0.0.1; port 0 means any free one.
+  std::string token;    ///< Token that every request must contain; "": a random one.
+  bool tum = true;      ///< Also offer poses in TUM format.
 };
 
-/// `lines` and `mesh` have to outlive it; without `mesh` there is no surface. Throws Error when it cannot
-/// listen there.
+/// `lines` and `mesh` must outlive the result; without `mesh` no surface is served. Throws Error when it
+/// cannot listen at the address.
 std::unique_ptr<HttpService> serve_scan(const ServeOptions& options, LineFeed& lines, const MeshFeed* mesh);
 
 }  // namespace gelslam

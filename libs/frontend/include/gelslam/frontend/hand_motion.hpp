@@ -5,45 +5,50 @@
 
 namespace gelslam {
 
-/// What is known of a tracked frame's pose.
+/// Filter state after a tracked frame.
 struct MotionState {
   UncertainPose reference_T_frame;
-  Vector6d velocity = Vector6d::Zero();  ///< per second, along the frame's axes, as far as it was shown
-  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact, in the frame
+  /// Velocity (rad/s, mm/s) along the axes of the frame, 0 along directions that the surfaces did not show.
+  Vector6d velocity = Vector6d::Zero();
+  /// Center of the contact, in the axes of the frame.
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
 
-  /// Returns the state relative to the frame itself, which is the reference from now on.
+  /// Returns the state with the frame itself as the reference, for a frame that becomes the keyframe.
   MotionState in_itself() const { return {{}, velocity, center_mm}; }
 };
 
-/// Where the next frame is expected.
+/// Prediction of the next frame.
 struct ExpectedMotion {
   Pose reference_T_before;
   UncertainPose reference_T_frame;
-  Matrix6d step;  ///< covariance of the motion since the frame before alone
+  Matrix6d step;  ///< Covariance of the motion since the previous frame only.
   double elapsed_s = 0;
 
-  PosePrior prior() const;  ///< of frame_T_reference
+  PosePrior prior() const;  ///< Prior of the registration, for frame_T_reference.
 };
 
-/// Models how a hand moves an object: at the velocity that the surfaces have shown, and along all other
-/// directions at random, as fast as along those that they show. The speed is learned with a short memory,
-/// down to that of a hand at rest.
+/// Motion model of a sensor that a hand moves over the object. Along directions that the surfaces show, the
+/// hand keeps its velocity; along all others it moves at random, as fast as along those that are shown. The
+/// speed (the process noise) is estimated with a short memory, and never falls below that of a hand at rest.
 ///
-/// The error of a direction that is hardly shown (the gel's own pattern, dragged dots, a network's noise)
-/// persists from frame to frame. So the prior of a step alone tells how far a frame may move the pose, and
-/// the variances of the steps add up until the surfaces show the direction. Source: own; a speed learned from
-/// the motion itself is KISS-ICP's idea (Vizzo et al., RA-L 2023, §III-D).
+/// Errors along directions that the surface hardly shows (a pattern fixed to the gel, printed dots that are
+/// dragged along, noise of the network) persist from frame to frame. The prior of a registration therefore
+/// contains the uncertainty of one step only, which limits how far a frame can move the pose. The variances
+/// of the steps add up until the surfaces show the direction. The filter is not in the papers; estimating the
+/// speed from the motion itself is the idea of KISS-ICP (Vizzo et al., RA-L 2023, §III-D).
 class HandMotion {
  public:
-  /// Predicts the next frame, `elapsed_s` later, if the motion goes on.
+  /// Predicts the frame that comes `elapsed_s` after the state, at constant velocity.
   ExpectedMotion expect(const MotionState& before, double elapsed_s) const;
 
-  /// Returns the state after a registration from expected.prior(), which also tells how fast the hand moves.
+  /// Returns the state after a registration from expected.prior(), and updates the estimate of the hand's
+  /// speed.
   MotionState correct(const ExpectedMotion& expected, const RegistrationResult& registration);
 
  private:
-  static constexpr double kStartMmPerS = 1.6;      ///< before the surfaces have shown more
-  double variance_ = kStartMmPerS * kStartMmPerS;  ///< of the velocity, per axis; turns by kMmPerRad
+  static constexpr double kStartMmPerS = 1.6;  ///< Speed assumed at the beginning of each trial.
+  /// Variance of the velocity per axis, in (mm/s)²; rotations count kMmPerRad mm per rad.
+  double variance_ = kStartMmPerS * kStartMmPerS;
 };
 
 }  // namespace gelslam

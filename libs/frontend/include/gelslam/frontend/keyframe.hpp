@@ -10,30 +10,31 @@
 
 namespace gelslam {
 
-/// A frame that later frames are registered to. What is large is kept in compact form: `surface` and
-/// `reference` are made again when they are asked for.
+/// A frame that later frames are registered to. `surface` and `reference` are large; they are stored
+/// compressed and reconstructed on demand.
 struct Keyframe {
   int id = 0;              ///< counts keyframes of the whole log from 0, across trials
   std::int64_t frame = 0;  ///< index in the log
   int trial = 0;
   StoredSurface surface;
   StoredReference reference;
-  /// The pose in the first frame of its trial, as tracked. It is the identity for a keyframe that was read
-  /// from a session: the scan goes on with another trial.
+  /// Pose in the first frame of its trial, as tracked. It is the identity for a keyframe that was loaded from
+  /// a saved session, because the continued scan begins a new trial.
   Pose trial_T_keyframe = Pose::Identity();
-  /// It is kept for the part of the object that it alone shows (TurningPoints). It is attached to the
-  /// keyframe that it was registered to: no frame refers to it, no loops and overlaps are looked for, so it
-  /// bends no pose.
+  /// True for a frame that is kept only because it alone shows a part of the object (TurningPoints). Its pose
+  /// is fixed to the keyframe to which it was registered. No frame refers to it, and it takes part in neither
+  /// loops nor overlap edges, so it does not affect other poses.
   bool is_patch = false;
 };
 
-/// Returns the motion from a keyframe to what was registered to it.
+/// Returns the edge from keyframe `from` to the frame `to` that was registered to it.
 PoseGraphEdge odometry_edge(int from, int to, const RegistrationResult& registration);
 
-/// A keyframe as the tracker hands it out.
+/// A new keyframe as the tracker returns it.
 struct NewKeyframe {
   std::shared_ptr<const Keyframe> keyframe;
-  std::optional<PoseGraphEdge> edge{};  ///< from the keyframe that it was registered to; none begins a trial
+  /// Edge from the keyframe to which it was registered; none for the first keyframe of a trial.
+  std::optional<PoseGraphEdge> edge{};
 };
 
 }  // namespace gelslam

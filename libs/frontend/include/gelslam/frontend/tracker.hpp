@@ -15,17 +15,20 @@
 namespace gelslam {
 
 struct TrackerOptions {
-  int contact_threshold_px = 500;  ///< fewer contact pixels begin no trial; a quarter of it ends one
-  /// A keyframe is replaced when it shows less than this share of the frame's contact: a first touch is
-  /// small, and a roll leaves the keyframe behind long before tracking breaks.
+  /// A contact of this many pixels begins a trial; below a quarter of it, the trial ends.
+  int contact_threshold_px = 500;
+  /// The keyframe is replaced when it shows less than this fraction of the current frame's contact. The value
+  /// is high because a first touch is small, and a rolling object leaves the keyframe's contact long before
+  /// registration fails.
   double keyframe_min_shared = 0.55;
-  /// A frame at which the motion turns back is kept as a patch if it alone shows this share of its contact.
+  /// A frame at which the motion turns back is kept as a patch if at least this fraction of its contact is in
+  /// no keyframe.
   double keyframe_min_unseen = 0.03;
-  /// When registration fails from where the sensor is expected, look for the one place where the two textures
-  /// agree. If there are several, the frame is lost.
+  /// If registration fails from the predicted pose, search for a pose at which the two textures agree. If
+  /// several poses agree about equally well, the frame counts as lost.
   bool relocalize = true;
-  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
-  /// continues if a later frame fits it again. A new trial begins after it.
+  /// A frame that cannot be registered may be a damaged image. For this long after the last tracked frame,
+  /// the trial continues as soon as a later frame can be registered again; after that, a new trial begins.
   double patience_s = 0.2;
 };
 
@@ -34,63 +37,68 @@ enum class TrackStatus { background, no_contact, tracked, lost };
 /// Returns "background", "no_contact", "tracked" or "lost", as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
-/// What is known of a frame right after it was registered.
+/// Result of tracking one frame.
 struct TrackedFrame {
   std::int64_t frame = 0;
   double time_s = 0;
   TrackStatus status = TrackStatus::no_contact;
-  int trial = -1;  ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
-                   ///< begins none
+  /// Number of the trial (an unbroken sequence of tracked frames), counted from 0. It is -1 without contact,
+  /// and for a lost frame that does not begin a new trial.
+  int trial = -1;
   /// What keyframe_T_frame refers to; null where trial is -1.
   std::shared_ptr<const Keyframe> keyframe{};
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
-  RegistrationResult registration{};      ///< of the decisive attempt; why a frame was lost
-  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or a
-  /// patch, some time ago, that alone showed a part of the object before the motion turned back.
+  /// The registration that decided the status. For a lost frame it tells why.
+  RegistrationResult registration{};
+  /// Keyframes that were created when this frame was tracked, in ascending order of ids. Each is this frame,
+  /// the previous one, or (as a patch) an earlier frame at a turning point of the motion.
   std::vector<NewKeyframe> new_keyframes{};
   std::int64_t unix_us = 0;  ///< as given to track()
 };
 
-/// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial
-/// with a keyframe, and a quarter of that contact ends it. In between, each frame goes through these steps:
-///  1. Prediction: the hand goes on at constant velocity (HandMotion). This is the prior of the registration.
+/// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial,
+/// whose first frame is a keyframe; the trial ends when less than a quarter of that contact is left. In
+/// between, each frame goes through these steps:
+///  1. Prediction at constant velocity (HandMotion). It is the prior of the registration.
 ///  2. Registration to the keyframe. If it fails, the frame is registered to the last tracked frame, which
 ///     becomes a keyframe if that succeeds.
-///  3. Relocalization, if both fail: the one place on either where the textures agree. If there are several,
-///     the frame is lost.
-///  4. Correction: the hand's state follows from prediction and registration.
+///  3. Relocalization if both fail: a search for the pose at which the textures agree, on either of the two.
+///     If several poses agree about equally well, the frame is lost.
+///  4. Correction: prediction and registration are combined to the new state.
 ///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
-///     the motion turns back is kept as a patch of the mesh (TurningPoints). Contact that the frame before
-///     does not confirm may belong to a damaged picture: it makes neither.
-/// A lost frame may be a torn picture, so the trial waits for a frame that fits again. When its patience is
-/// over, the next frame begins a new trial. Prediction, relocalization and turning points are our own.
-/// Deterministic; frames must come in order.
+///     the motion turns back is kept as a patch of the mesh (TurningPoints). If the previous frame does not
+///     confirm the contact, the image may be damaged, and the frame becomes neither.
+/// After a lost frame, which may be a damaged image, the trial goes on for TrackerOptions::patience_s in case
+/// a later frame can be registered again. The first frame after that begins a new trial. Prediction,
+/// relocalization and turning points are not in the paper. Deterministic; frames must be passed in order.
 class Tracker {
  public:
   /// Registers with NormalFlow.
   explicit Tracker(const TrackerOptions& options, const NormalFlowOptions& registration = {},
                    const VerificationOptions& verification = {})
       : Tracker(options, make_normal_flow(registration), registration, verification) {}
-  /// Registers with another method. NormalFlow finds lost places and prepares keyframes for loop closure.
+  /// Registers with the given method. NormalFlow is still used for relocalization and to prepare keyframes
+  /// for loop closure.
   Tracker(const TrackerOptions& options, Registrar registrar, const NormalFlowOptions& registration = {},
           const VerificationOptions& verification = {});
 
-  /// `surface` is null for a frame of the background. `unix_us`: TactileImage::unix_us.
+  /// Tracks one frame. `surface` is null for a background frame. `unix_us`: see TactileImage::unix_us.
   TrackedFrame track(std::int64_t frame, double time_s, const SurfacePtr& surface, std::int64_t unix_us = 0);
 
-  /// Says that the log ends, or that frames were left out on purpose and the object may have moved: the next
-  /// frame in contact starts a new trial. Returns what was touched last, if no keyframe shows it yet.
+  /// Ends the trial, either because the log ends, or because frames were skipped and the object may have
+  /// moved: the next frame in contact begins a new trial. Returns the last turning point as a patch, if one
+  /// is not yet in a keyframe.
   std::vector<NewKeyframe> end_trial();
 
-  /// To be called before the first frame, where a scan is continued whose last keyframe and trial had these
-  /// numbers.
+  /// Continues the numbers of a previous scan, whose last keyframe and trial had the given ones. Must be
+  /// called before the first frame.
   void continue_after(int keyframe_id, int trial);
 
  private:
   struct Tracked : TurningPoints::Touch {
     double time_s = 0;
-    MotionState state;  ///< in the current keyframe
+    MotionState state;  ///< State relative to the current keyframe.
   };
   struct Attempt {
     RegistrationResult registration;
@@ -116,7 +124,7 @@ class Tracker {
   int trial_ = -1;
   bool in_trial_ = false;
   std::shared_ptr<const Keyframe> keyframe_;
-  PreparedReference reference_;  ///< the keyframe's
+  PreparedReference reference_;  ///< Prepared reference of the keyframe.
   TurningPoints turning_points_;
   Tracked previous_;  ///< the last tracked frame of the trial
   HandMotion hand_;

@@ -10,40 +10,43 @@
 
 namespace gelslam {
 
-/// Finds the frames at which a motion turns back before a keyframe is due: what only they have shown would be
-/// in no keyframe, and so neither in the map nor in the mesh. It keeps the frame that shows most of what the
-/// trial's last keyframes do not, until it is seen no more. What the frame before does not show either may be
-/// damage of one picture, and does not count. Deterministic. Source: own.
+/// Finds frames at which the motion turns back before a keyframe is due. The part of the object that only
+/// such a frame has shown would be in no keyframe, and therefore neither in the map nor in the mesh. The
+/// class remembers the frame with the largest contact outside the trial's last keyframes, until the motion
+/// has left that part of the object. Contact that the previous frame does not show does not count, because it
+/// may come from a single damaged image. Deterministic. Not in the paper.
 class TurningPoints {
  public:
   struct Touch {
     std::int64_t frame = 0;
     SurfacePtr surface;
     Pose trial_T_frame = Pose::Identity();
-    std::optional<PoseGraphEdge> edge{};  ///< only passed through
+    /// Edge to the keyframe that the frame was registered to; stored for the caller.
+    std::optional<PoseGraphEdge> edge{};
   };
 
-  /// `min_unseen` is the share of its contact that a frame must have shown alone.
+  /// `min_unseen` is the minimum fraction of a frame's contact that must be in no keyframe.
   explicit TurningPoints(double min_unseen) : min_unseen_(min_unseen) {}
 
-  /// Forgets all, because a trial begins with this keyframe.
+  /// Clears the state at the beginning of a trial, whose first keyframe is given.
   void begin_trial(const Touch& keyframe);
 
-  /// Takes the next tracked frame of the trial. Returns a turning point that this frame has left behind,
-  /// which is a patch from now on.
+  /// Processes the next tracked frame of the trial. Returns an earlier turning point if this frame has moved
+  /// away from it; the caller makes a patch of it.
   std::optional<Touch> pass(const Touch& touch);
 
-  /// Takes a keyframe of the trial. Returns a turning point that it does not show; it comes before this
-  /// keyframe.
+  /// Processes a new keyframe of the trial. Returns an earlier turning point if the keyframe does not show
+  /// it; as a patch it comes before this keyframe.
   std::optional<Touch> add_keyframe(const Touch& keyframe);
 
-  /// Ends the trial. Returns a turning point that was not left behind yet.
+  /// Ends the trial. Returns the turning point that is still remembered, if any.
   std::optional<Touch> end_trial();
 
  private:
   struct Candidate : Touch {
-    std::vector<Eigen::Vector3d> unseen_mm;  ///< in the trial's frame
-    std::size_t least = 0;                   ///< as many of them justify a patch
+    /// Contact points in no keyframe, in the axes of the trial's first frame.
+    std::vector<Eigen::Vector3d> unseen_mm;
+    std::size_t least = 0;  ///< Minimum number of such points for a patch.
   };
 
   std::vector<Eigen::Vector3d> unseen(const Touch& touch) const;
@@ -51,8 +54,8 @@ class TurningPoints {
   std::optional<Touch> release();
 
   double min_unseen_;
-  std::deque<Touch> keyframes_;  ///< the trial's last, and its patches
-  std::optional<Touch> before_;  ///< the last frame, or keyframe
+  std::deque<Touch> keyframes_;  ///< The trial's last keyframes and patches.
+  std::optional<Touch> before_;  ///< The previous frame or keyframe.
   std::optional<Candidate> candidate_;
 };
 

@@ -10,22 +10,23 @@
 
 namespace gelslam {
 
-/// Why a gray picture is refused, for the user.
+/// Reason to refuse a gray image, for the user.
 inline constexpr const char* kGrayPicture = "a gray picture; slopes are read from the sensor's colors";
 
 struct JpegInfo {
   int width_px = 0, height_px = 0;  ///< 0 x 0 when the header cannot be read
-  std::string unfit{};  ///< why it is no upright color picture: gray, CMYK, turned by its EXIF data; or ""
+  std::string unfit{};  ///< Why it is no upright color image: gray, CMYK, rotated by its EXIF data; or "".
 };
 
-/// A decoder (libjpeg-turbo) that says in words what is wrong with a damaged picture.
+/// A decoder (libjpeg-turbo) that describes what is wrong with a damaged image.
 class JpegDecoder {
  public:
   JpegDecoder();
 
   JpegInfo read_header(std::span<const std::uint8_t> bytes);
-  /// The whole picture at 1/denominator of its size (1, 2 or 4; rounded up). False when the bytes are torn or
-  /// corrupt; damage() says how. `picture`'s memory is used again where its size allows.
+  /// Decodes the whole image at 1/denominator of its size (1, 2 or 4; rounded up). Returns false when the
+  /// data are truncated or corrupt; damage() then says how. The memory of `picture` is reused if its size
+  /// matches.
   bool decode(std::span<const std::uint8_t> bytes, const JpegInfo& info, int denominator, cv::Mat3b& picture);
   const std::string& damage() const { return damage_; }
 
@@ -36,29 +37,30 @@ class JpegDecoder {
   std::string damage_;
 };
 
-/// What a PNG's header says, and whether the file is complete.
+/// Contents of a PNG's header, and whether the file is complete.
 struct PngInfo {
   std::int64_t width_px = 0, height_px = 0;
   int bits_per_channel = 0;
   bool color = false;
-  std::string damage;  ///< "" when every chunk up to the end mark is whole, by its checksum
+  std::string damage;  ///< "" if every chunk up to the end mark is complete and has the right checksum.
 };
 
-/// Reads nothing but headers and checksums.
+/// Reads only headers and checksums.
 PngInfo check_png(std::span<const std::uint8_t> bytes);
 
-/// Color, 8 bits per channel; empty for everything else. The values as they are in the file, whatever it says
-/// about gamma and color profiles; alpha is dropped.
+/// Decodes a color image with 8 bits per channel; returns an empty one for everything else. Values are those
+/// in the file; gamma and color profiles are ignored, and alpha is dropped.
 cv::Mat3b decode_png(std::span<const std::uint8_t> bytes);
 
-/// PNG of a gray or BGR picture with 8 bits per channel. Compressed for speed: 3 ms for 320 x 240 pixels of a
-/// gel, 10 % larger than the best. Throws Error.
+/// Encodes a gray or BGR image with 8 bits per channel as PNG. It is compressed for speed: 3 ms for a gel
+/// image of 320 x 240 pixels, 10 % larger than with the best compression. Throws Error.
 std::vector<std::uint8_t> encode_png(const cv::Mat& picture);
 
-/// The same as a file, which appears whole. Throws Error.
+/// Writes such a PNG to a file, which appears when it is complete. Throws Error.
 void write_png(const std::filesystem::path& path, const cv::Mat& picture);
 
-/// JPEG of quality 95 with full color resolution (4:4:4): color is what a gel measures with. Throws Error.
+/// Encodes a JPEG of quality 95 with full color resolution (4:4:4), because the sensor measures by color.
+/// Throws Error.
 std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr);
 
 }  // namespace gelslam

@@ -6,12 +6,12 @@
 
 namespace gelslam {
 
-/// What a surface's colors show. Every map is perceptually uniform and readable when color-blind: confidence
-/// viridis, height cividis, distance from pale to dark (magma), so that a good surface looks
-/// untouched.
+/// Quantities that are shown by colors on a surface. All color maps are perceptually uniform and suitable for
+/// color-blind people: viridis for confidence, cividis for height, and magma from pale to dark for distance,
+/// so that an accurate surface looks uncolored.
 enum class ColorMap { confidence, height, distance };
 
-/// 256 colors from low to high.
+/// Returns 256 colors from low to high.
 std::vector<std::array<std::uint8_t, 3>> color_map_rgb(ColorMap map);
 
 }  // namespace gelslam

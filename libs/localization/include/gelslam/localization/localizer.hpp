@@ -10,38 +10,41 @@
 
 namespace gelslam {
 
-/// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
-/// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
-/// long as no hypothesis is certain, each touch that shows new surface is searched for in the whole map, and
-/// hypotheses that a symmetry of the map makes equal are added. Before the first one counts as certain, it is
-/// compared with all places where the map looks the same. Deterministic. Not thread-safe. Source: own
-/// (docs/localization.md).
+/// Estimates the sensor's pose in a known map, without a prior pose. It is a filter over hypotheses of
+/// map_T_sensor. Each frame moves every hypothesis by the tracked motion, registers the touch to the map at
+/// the predicted pose, and updates the evidence for the hypothesis by how well it fits. While no hypothesis
+/// is certain, each touch that shows new surface is searched for in the whole map, and hypotheses that follow
+/// from a symmetry of the map are added. Before the first hypothesis counts as certain, all places where the
+/// map looks alike are added, too. Deterministic. Not thread-safe. Not in the papers (docs/localization.md).
 class Localizer {
  public:
   Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options);
 
-  /// Finds the next frame; frames must come in order. Its place in the trial is known without the map.
+  /// Processes the next frame; frames must be passed in order. The report also has its pose in the trial,
+  /// which does not depend on the map.
   FrameReport process(std::int64_t frame, double time_s, SurfacePtr surface, std::int64_t unix_us = 0);
 
  private:
-  /// A frame by which hypotheses are judged.
+  /// A frame by which hypotheses are judged, or the best frame of a finished touch.
   struct Touch {
     Keyframe keyframe;  ///< the frame itself
     double time_s = 0;
-    int reference_id = -1;  ///< the tracker's keyframe: frames with the same one are one touch
+    /// Id of the tracker's keyframe. Consecutive frames with the same keyframe count as one touch.
+    int reference_id = -1;
     Pose trial_T_sensor = Pose::Identity();
     Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact
-    double weight = 1;                                    ///< share of it that the next touch does not show
-    double best_log_odds = 0;                             ///< of the hypothesis that fits it best
-    double best_rmse_rad = 0;                             ///< of the same
+    double weight = 1;         ///< Fraction of its contact that the next touch does not show again.
+    double best_log_odds = 0;  ///< Largest log odds of a hypothesis that fits this touch, in nats.
+    double best_rmse_rad = 0;  ///< Residual (rad) of that hypothesis.
   };
   struct Hypothesis {
     UncertainPose map_T_sensor;
-    MapFit fit;                ///< of the newest frame
-    double past_log_odds = 0;  ///< of finished touches
-    double log_odds = 0;       ///< of the current one (weigh())
-    double last_fit_s = 0;     ///< when it last fitted the map
-    double last_agreed_s = 0;  ///< the same, or when the map last did not show its place
+    MapFit fit;                ///< Fit of the newest frame to the map.
+    double past_log_odds = 0;  ///< Log odds (nats) from finished touches.
+    double log_odds = 0;       ///< Log odds (nats) from the current touch (weigh()).
+    double last_fit_s = 0;     ///< Time of the last frame that fitted the map.
+    /// Time of the last frame that fitted the map, or at which the map did not cover the touch.
+    double last_agreed_s = 0;
 
     double total() const { return past_log_odds + log_odds; }
   };
@@ -70,13 +73,16 @@ class Localizer {
   Tracker tracker_;
   TrialMap trial_map_;
   int trial_ = -1;
-  Pose trial_T_sensor_ = Pose::Identity();  ///< of the frame before
+  Pose trial_T_sensor_ = Pose::Identity();  ///< Pose of the previous frame in the trial.
   std::vector<Hypothesis> hypotheses_;
-  std::vector<Touch> touches_;     ///< of the trial; the last one is the current one, by its largest frame
-  bool looked_elsewhere_ = false;  ///< in this trial, all places that look like the best were added
-  int looked_from_ = -1;           ///< the map's keyframe at which add_similar_places() looked last
-  int searched_contact_px_ = 0;    ///< contact of the current touch when it was last searched for
-  std::vector<Pose> last_places_;  ///< hypotheses of the trial before
+  /// Touches of the trial. The last one is the current one, represented by its frame with the largest
+  /// contact.
+  std::vector<Touch> touches_;
+  /// Whether all places that look like the best one were added in this trial.
+  bool looked_elsewhere_ = false;
+  int looked_from_ = -1;         ///< Id of the map's keyframe from which add_similar_places() searched last.
+  int searched_contact_px_ = 0;  ///< Contact pixels of the current touch when it was last searched for.
+  std::vector<Pose> last_places_;  ///< Poses of the hypotheses at the end of the previous trial.
 };
 
 }  // namespace gelslam

@@ -11,35 +11,38 @@
 namespace gelslam {
 
 struct LoopClosureOptions {
-  int max_features = 300;  // per keyframe, the strongest
+  int max_features = 300;  // Features kept per keyframe, the strongest first.
   int min_sift_inliers = 8;
-  int max_candidates = 20;  // keyframes that are compared feature by feature, after voting
-  /// The most loops per keyframe; the most alike are taken first.
-  int max_constraints = 6;  // more loops to one place cost time and add little
+  int max_candidates = 20;  // Keyframes with most votes that are then compared feature by feature.
+  /// Largest number of loops per keyframe. Candidates with most inliers are tried first.
+  int max_constraints = 6;  // More loops to the same place cost time and add little.
 };
 
-/// Applies verify() between two keyframes that may show one place, and returns an edge from the older one, or
-/// nothing when they do not show the same surface.
+/// Applies verify() to two keyframes that may show the same place, starting from `older_T_newer`. Returns an
+/// edge from the older to the newer keyframe, or nothing when they do not show the same surface.
 std::optional<PoseGraphEdge> verify_loop(const Keyframe& older, const Keyframe& newer,
                                          const Pose& older_T_newer, const NormalFlowOptions& registration,
                                          const VerificationOptions& verification);
 
-/// Recognizes places by SIFT on curvature maps and verifies each candidate (Huang et al., T-RO 2026, §V;
-/// voting and the lift to 3-D are our own). Deterministic. Not thread-safe.
+/// Recognizes places that were seen before by SIFT features of curvature maps, and verifies each candidate
+/// (Huang et al., T-RO 2026, §V; the voting and the lift of a match to 3-D are not in the paper).
+/// Deterministic. Not thread-safe.
 class LoopCloser {
  public:
   explicit LoopCloser(const LoopClosureOptions& options, const NormalFlowOptions& registration = {},
                       const VerificationOptions& verification = {});
   ~LoopCloser();
 
-  /// Compares `keyframe` with the kept keyframes, but not with the last 12 of its own trial, which belong to
-  /// the same touch; then keeps it for later ones. Every keyframe added is searched for. Ids must grow.
+  /// Searches the stored keyframes for loops with `keyframe`, then stores it for later searches, and returns
+  /// the loops. The newest 12 keyframes of the same trial are not searched, because odometry links them
+  /// already. Ids must be ascending; otherwise Error is thrown.
   std::vector<PoseGraphEdge> add(const Keyframe& keyframe);
 
-  /// Keeps the keyframes of a map that is known already, without a search. Ids must grow.
+  /// Stores the keyframes of a known map without a search. Ids must be ascending; otherwise Error is thrown.
   void keep(const std::vector<Keyframe>& keyframes);
 
-  /// Compares `keyframe` with all kept keyframes and keeps nothing: all places of a known map that it shows.
+  /// Searches all stored keyframes for places that `keyframe` shows, without storing it. Returns one edge for
+  /// each verified place.
   std::vector<PoseGraphEdge> recognize(const Keyframe& keyframe) const;
 
  private:

@@ -19,45 +19,46 @@ struct Mesh {
 };
 
 std::array<Eigen::Vector3d, 3> corners_mm(const Mesh& mesh, const Eigen::Vector3i& triangle);
-/// By the corners' order; as long as twice the triangle's area.
+/// Returns a normal by the order of the corners, whose length is twice the triangle's area.
 Eigen::Vector3d area_normal(const Mesh& mesh, const Eigen::Vector3i& triangle);
 double area_mm2(const Mesh& mesh);
-/// Volume of a closed mesh, mm³; negative when its triangles are clockwise seen from outside.
+/// Returns the volume of a closed mesh in mm³; negative if its triangles are clockwise as seen from outside.
 double volume_mm3(const Mesh& mesh);
 /// Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not finite or more
-/// than 10 m from the origin: there single precision no longer tells near triangles apart, and a wrong unit
-/// is the likely reason.
+/// than 10 m from the origin. There single precision cannot resolve the details of a surface, and a wrong
+/// unit is the likely cause.
 void check_measurable(const Mesh& mesh);
-/// What is wrong with the size of a thing that a touch sensor should feel, and a wrong unit explains: "is
-/// 29400 mm large; check its unit". "" from 1 mm to 2 m.
+/// Returns a warning if the size of the mesh is implausible for an object to be touched and suggests a wrong
+/// unit: "is 29400 mm large; check its unit". Returns "" from 1 mm to 2 m.
 std::string size_warning(const Mesh& mesh);
-/// Median length of the triangles' sides, mm, but at least half the side in an even mesh of the same area and
-/// as many vertices: the area in squares of this size is at most four times as many, however unlike the
-/// triangles are. 0 without triangles.
+/// Returns the median edge length in mm, but at least half the edge length of an even mesh with the same area
+/// and number of vertices. The area then consists of at most four times as many squares of this size as there
+/// are vertices, however uneven the triangles are. 0 without triangles.
 double typical_edge_mm(const Mesh& mesh);
 
-/// A cube of space and the surface in it, so that a growing mesh can be drawn by sending only what changed.
-/// Neighboring blocks meet without gaps; vertices on a border may belong to both.
+/// A cube of space and the surface in it, so that a growing mesh can be drawn by transmitting only what has
+/// changed. Neighboring blocks meet without gaps; vertices on a border may be in both.
 struct MeshBlock {
-  std::int64_t key = 0;       ///< the same cube has the same key as long as the map lives
-  Mesh mesh;                  ///< map frame, mm; without triangles when the surface has left the cube
-  std::vector<int> keyframe;  ///< per vertex: id of the keyframe that sees it best
+  std::int64_t key = 0;       ///< A cube keeps its key as long as the map exists.
+  Mesh mesh;                  ///< Map frame, mm; without triangles if the surface has moved out of the cube.
+  std::vector<int> keyframe;  ///< For each vertex, the id of the keyframe that sees it best.
 };
 
 /// Shells of a mesh: triangles that share a vertex belong to one shell.
 struct MeshShells {
-  std::vector<int> of_triangle;  ///< the shell of each triangle, counted by its first triangle
-  std::vector<double> area_mm2;  ///< of each shell
-  int largest = -1;              ///< by area; -1 for a mesh without triangles
-  double largest_share = 0;      ///< of the area
+  std::vector<int> of_triangle;  ///< Shell of each triangle; shells are numbered by their first triangle.
+  std::vector<double> area_mm2;  ///< Area of each shell.
+  int largest = -1;              ///< Shell with the largest area; -1 for a mesh without triangles.
+  double largest_share = 0;      ///< Fraction of the total area.
 };
 
 MeshShells find_shells(const Mesh& mesh);
 
-/// The largest shell alone, with the vertices that it uses, in their order.
+/// Returns the largest shell with the vertices that it uses, in their order.
 Mesh largest_shell(const Mesh& mesh);
 
-/// Some triangles of a mesh (three vertices each), with the vertices that they use, in their order.
+/// Returns some triangles of a mesh (given by their vertices) with the vertices that they use, in their
+/// order.
 Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles);
 
 }  // namespace gelslam

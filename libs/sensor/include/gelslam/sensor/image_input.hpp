@@ -13,14 +13,15 @@ namespace gelslam {
 /// size. Throws Error when the file is missing, is no image, is truncated or has no color.
 cv::Mat3b read_image(const std::filesystem::path& path);
 
-/// Brings a frame to the profile's resolution: kept as it is when it has that size, cropped and resized when
-/// it has the raw size, resized when it is larger, of about that shape, and the profile says `cropped`. A
-/// crop takes off 1/7 of the image on each side, then whatever keeps width:height (evenly, an odd pixel at
-/// the top or left), as the public systems do; but they resize bilinearly, which aliases, and this by area
-/// averaging. Throws Error for every other size; `name` says which image.
+/// Brings an image to the profile's resolution. It is unchanged if it has that size; cropped and resized if
+/// it has the raw size; and resized if it is larger, has about that aspect ratio, and the profile says
+/// `cropped`. Cropping removes 1/7 of the image on each side, and then what is needed to keep width:height
+/// (evenly, an odd pixel at the top or left), as in the public systems. They resize bilinearly, which
+/// aliases; this function averages over areas. Throws Error for every other size; `name` identifies the
+/// image.
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
 
-/// Multiplies a picture's channels; values beyond white stay white.
+/// Multiplies the channels of an image; values are limited to white.
 class ColorGain {
  public:
   explicit ColorGain(const std::array<double, 3>& gain_bgr);

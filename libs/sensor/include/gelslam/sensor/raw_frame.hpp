@@ -9,24 +9,25 @@
 
 namespace gelslam {
 
-/// How a raw frame's bytes are to be read. bgr and yuyv are rows without gaps, 3 and 2 bytes per pixel.
+/// Encoding of a raw frame's bytes. bgr and yuyv are rows without gaps, with 3 and 2 bytes per pixel.
 enum class FrameEncoding { jpeg, png, bgr, yuyv };
 
-/// One frame as the sensor sent it, before anything is decoded: what a log keeps.
+/// A frame as the sensor sent it, before decoding. This is what a log stores.
 struct RawFrame {
   FrameEncoding encoding = FrameEncoding::jpeg;
   std::vector<std::uint8_t> bytes;
-  std::string name{};  ///< for people: "scan.avi, frame 120", "images/120.png"; "": it has only its index
+  /// Name for the user: "scan.avi, frame 120", "images/120.png"; "" if it has only its index.
+  std::string name{};
   std::string
-      damage{};  ///< why the source has no bytes for this frame (unreadable file, error of libav), or ""
-  int width_px = 0, height_px = 0;  ///< of the picture in `bytes`
-  double time_s = 0;                ///< by the driver's clock, since the source's first frame
-  std::int64_t unix_us = 0;         ///< when it was captured, by the system's clock; 0: not known
-  std::int64_t index = 0;           ///< of the frames that the source delivered, from 0
-  std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
-  std::chrono::steady_clock::time_point arrived;  ///< when this program got it
-  std::chrono::steady_clock::duration age{};      ///< since its capture, when it arrived; 0: not known
-  /// How often the camera came back before: since the last time the gel may be another one's.
+      damage{};  ///< Why the source has no bytes for this frame (unreadable file, error of libav), or "".
+  int width_px = 0, height_px = 0;  ///< Size of the image in `bytes`.
+  double time_s = 0;                ///< Time by the driver's clock since the source's first frame.
+  std::int64_t unix_us = 0;         ///< Time of capture by the system's clock; 0 if not known.
+  std::int64_t index = 0;           ///< Number of the frame among those that the source delivered, from 0.
+  std::int64_t sequence = 0;        ///< Frame counter of the driver; a gap means frames that the driver lost.
+  std::chrono::steady_clock::time_point arrived;  ///< Time at which this program received it.
+  std::chrono::steady_clock::duration age{};      ///< Time from capture to arrival; 0 if not known.
+  /// How often the camera was reconnected before this frame. After each time, it may have another gel.
   int reconnects = 0;
 };
 
@@ -38,33 +39,35 @@ inline std::int64_t unix_us_now() {
   return microseconds_of(std::chrono::system_clock::now().time_since_epoch());
 }
 
-/// `time_s` after `start_unix_us`; 0 where that is 0.
+/// Returns the Unix time `time_s` after `start_unix_us`, or 0 if that is 0.
 inline std::int64_t unix_us_of(std::int64_t start_unix_us, double time_s) {
   return start_unix_us == 0 ? 0 : start_unix_us + std::llround(1e6 * time_s);
 }
 
-/// A camera, or a log that is played like one. next() is called from one thread, stop() from any.
+/// A camera, or a log that is replayed like one. next() is called by one thread, stop() by any.
 class RawFrameSource {
  public:
   virtual ~RawFrameSource() = default;
-  /// Waits for the next frame; nothing at the end of a log, or once stop() was called. Throws Error with a
-  /// sentence for people when the source is lost for good (unplugged, stalled, changed its format). A frame
-  /// that came damaged is delivered as it came: the decoder says so.
+  /// Waits for the next frame. Returns nothing at the end of a log, or once stop() was called. Throws Error
+  /// with a sentence for the user when the source is lost for good (unplugged, stalled, changed its format).
+  /// A damaged frame is delivered as it came, and is detected by the decoder.
   virtual std::optional<RawFrame> next() = 0;
-  /// Makes next() return soon, with nothing.
+  /// Makes next() return nothing soon.
   virtual void stop() = 0;
-  /// Lets next() wait while `held`, so that nothing is missed. False for what cannot wait, as a camera. From
-  /// any thread.
+  /// Makes next() wait while `held` is true, so that no frame is missed. Returns false for a source that
+  /// cannot wait, such as a camera. May be called from any thread.
   virtual bool hold(bool /*held*/) { return false; }
-  virtual double rate_hz() const = 0;  ///< as granted by the driver, or as the log says
+  virtual double rate_hz() const = 0;  ///< As granted by the driver, or as recorded in the log.
   virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
-  /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz". From any thread.
+  /// Description for the user: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz". May be called
+  /// from any thread.
   virtual std::string description() const = 0;
-  /// What people are to do where next() waits for a camera that is away, or "". From any thread.
+  /// Returns what the user should do while next() waits for a disconnected camera, or "". May be called from
+  /// any thread.
   virtual std::string disconnect_reason() const { return ""; }
-  /// Frames that the driver lost between the ones delivered.
+  /// Number of frames that the driver lost between the delivered ones.
   virtual std::int64_t lost_frames() const { return 0; }
-  /// What was wrong so far, as sentences for people, or "". Of a camera from any thread.
+  /// Problems so far as sentences for the user, or "". For a camera it may be called from any thread.
   virtual std::string warning() const { return ""; }
 };
 

@@ -15,19 +15,20 @@ namespace gelslam {
 
 struct MotionSpec {
   std::string name = "wobble";  ///< see motion_catalog()
-  int frames = 245;             ///< pictures with the object near, without the background frames
+  int frames = 245;             ///< Frames with the object near, not counting background frames.
   double speed = 1.0;           ///< factor on how far the hand moves, 0 .. 5
-  double indentation_mm = 0.5;  ///< what the deepest point is held at, roughly: 0.05 .. 1.5
+  double indentation_mm = 0.5;  ///< Approximate depth of the deepest point: 0.05 .. 1.5.
   double frame_rate_hz = 25.0;
   std::uint64_t seed = 1;
 };
 
 std::vector<CatalogEntry> motion_catalog();
 
-/// sensor_T_object for every frame (mm). The support height follows the object so that its deepest point over
-/// the sensor stays near the target indentation, smoothed over a few frames as a hand would; the first frames
-/// press in. The last row of a lifted phase lies clear of the gel. Deterministic. Throws Error for an unknown
-/// name or parameters out of range. `surface`: the object's mesh (a millimeter or finer).
+/// Returns sensor_T_object for every frame (mm). The height of the object is adjusted so that its deepest
+/// point over the sensor stays near the target indentation, smoothed over a few frames as by a hand; in the
+/// first frames it is pressed in. At the end of a phase in which the object is lifted, it is clear of the
+/// gel. Deterministic. Throws Error for an unknown name or parameters out of range. `surface` is the object's
+/// mesh with edges of a millimeter or less.
 std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const Mesh& surface,
                               const SensorGeometry& geometry);
 
@@ -36,24 +37,24 @@ struct ScanSpec {
   MotionSpec motion;
   OpticsOptions optics;
   SensorGeometry geometry;
-  int background_frames = 10;  ///< before the motion, nothing near
+  int background_frames = 10;  ///< Frames before the motion, without any object near.
 };
 
-/// One picture and the truth about it.
+/// An image with its ground truth.
 struct SimulatedFrame {
-  std::int64_t index = 0;  ///< in the log; background frames count
+  std::int64_t index = 0;  ///< Index in the log, in which background frames count.
   double time_s = 0;
   cv::Mat3b bgr;
   cv::Mat1f height_mm;                      ///< true height of the gel, on the grid of the geometry
-  cv::Mat1b contact;                        ///< the same: 255 where gel and object touch
-  cv::Mat2f slope;                          ///< the same: true (dh/dx, dh/dy)
+  cv::Mat1b contact;                        ///< On the same grid: 255 where gel and object touch.
+  cv::Mat2f slope;                          ///< On the same grid: true (dh/dx, dh/dy).
   Pose sensor_T_object = Pose::Identity();  ///< meaningless in background frames
-  /// This frame's sensor in the sensor frame of the first contact, mm; nothing where nothing touches.
+  /// Pose of the sensor in the sensor frame of the first contact (mm); nothing without contact.
   std::optional<Pose> start_T_sensor;
 };
 
-/// A scan in memory. Every frame can be asked for in any order and from any thread; the same spec gives the
-/// same pictures. Throws Error for parameters out of range, or when the object never touches the gel.
+/// A simulated scan. Frames can be requested in any order and from any thread; the same spec gives the same
+/// images. Throws Error for parameters out of range, or when the object never touches the gel.
 class Simulator {
  public:
   explicit Simulator(const ScanSpec& spec);

@@ -14,58 +14,61 @@
 
 namespace gelslam {
 
-/// A place where the sensor may be.
+/// A pose where the sensor may be.
 struct PlaceHypothesis {
   UncertainPose map_T_sensor;
-  double probability = 0;  ///< the rest to 1, over all hypotheses: elsewhere, or not in the map
+  /// The remainder to 1, over all hypotheses, is the probability that the sensor is elsewhere or not on the
+  /// mapped object.
+  double probability = 0;
 };
 
 enum class PlaceStatus { unknown, localized, ambiguous };
 
-/// What a Localizer knows of a frame's place in its map.
+/// The result of localizing a frame in a known map.
 struct Localization {
   PlaceStatus status = PlaceStatus::unknown;
   /// The most probable first; only one when localized, none when unknown.
   std::vector<PlaceHypothesis> hypotheses{};
-  std::string reason{};  ///< why there is no certain place, for people
+  std::string reason{};  ///< Reason why the pose is not certain, for the user.
 };
 
-/// Everything that windows, pages, streams and Python are told of one frame: what was measured, and where
-/// that puts the sensor. FrameRecord is what a scan keeps of it.
+/// Everything that is reported about one frame to windows, web pages, streams and Python: the measurement and
+/// the resulting poses. A FrameRecord is the part of it that a scan stores.
 struct FrameReport {
   TrackedFrame tracked{};
-  cv::Mat3b image{};                   ///< what the sensor saw, at the profile's resolution
+  cv::Mat3b image{};                   ///< Image of the sensor at the profile's resolution.
   SurfacePtr surface{};                ///< null for a frame of the background
-  std::optional<MapPlace> in_trial{};  ///< none where it was not tracked
-  /// In the map that grows, or the one that the sensor is localized in. Of a lost frame that begins a trial
-  /// it is where its keyframe is.
+  std::optional<MapPlace> in_trial{};  ///< Pose in its trial; empty if the frame was not tracked.
+  /// Pose in the growing map, or in the map in which the sensor is localized. For a lost frame that begins a
+  /// trial, it is the pose of the trial's first keyframe.
   std::optional<MapPlace> in_map{};
-  std::optional<Localization> localization{};  ///< of a Localizer
-  std::string warning{};                       ///< what has not been observable for a while, in words; or ""
+  std::optional<Localization> localization{};  ///< Set by a Localizer.
+  std::string warning{};  ///< Sentence about motions that have not been observable for some time; or "".
 
-  /// Something touches the sensor.
+  /// True if something touches the sensor.
   bool has_contact() const {
     return tracked.status == TrackStatus::tracked || tracked.status == TrackStatus::lost;
   }
-  /// `in_map` of a frame that was tracked or localized; else null.
+  /// Returns `in_map` for a frame that was tracked or localized, and null for others.
   const MapPlace* known_place() const {
     return in_map && (tracked.status == TrackStatus::tracked || localization) ? &*in_map : nullptr;
   }
 };
 
-/// A line of NDJSON, with its end (docs/streaming.md). `scan` counts those of one program.
+/// Returns the frame as a line of NDJSON, with the line end (docs/streaming.md). `scan` is the number of the
+/// scan since the program started.
 std::string ndjson_line(const FrameReport& report, int scan = 0);
-/// A line of TUM, with its end; "" where the place in the map is not known.
+/// Returns the frame's pose in the map as a line of TUM format, with the line end, or "" if it is not known.
 std::string tum_line(const FrameReport& report);
 
-/// The field `status`: TrackStatus, or of a frame with contact and a Localizer "localized", "ambiguous" or
-/// "not in the map".
+/// Returns the field `status` of the stream: the name of the TrackStatus, or, for a frame with contact and a
+/// Localizer, "localized", "ambiguous" or "not in the map".
 std::string_view status_name(const FrameReport& report);
 /// The field `reason`: why a frame is lost, or its pose uncertain.
 std::string reason_of(const FrameReport& report);
-/// When it was captured, by the system's clock; null when it is not known.
+/// Returns the time of capture by the system's clock as Unix time in seconds; null if it is not known.
 nlohmann::ordered_json unix_s(std::int64_t unix_us);
-/// 16 numbers, row by row, meters.
+/// Returns the 4x4 matrix of a pose row by row, with the translation in meters.
 std::array<double, 16> row_major_meters(const Pose& pose_mm);
 
 }  // namespace gelslam

@@ -16,35 +16,36 @@
 
 namespace gelslam {
 
-/// What a reader wants of each frame. Surface and images come as NDJSON only.
+/// What a reader of the stream receives for each frame. Surfaces and images exist in NDJSON only.
 struct StreamOptions {
   bool tum = false, surface = false, images = false;
 };
 
-/// Frames as lines for other programs (docs/streaming.md), to any number of readers, each at its own pace:
-/// write() never waits. A reader has a queue of 256 frames; one that is slower loses the oldest, and is told
-/// how many. All functions are thread-safe.
+/// Sends frames as lines of text to other programs (docs/streaming.md). There may be any number of readers,
+/// each with its own speed: write() never waits. Each reader has a queue of 256 frames. A reader that is
+/// slower loses the oldest frames and is told how many. All functions are thread-safe.
 class LineFeed {
  public:
   class Reader;
 
-  /// From the next frame on. With `surface`, first all keyframes of the map. The feed has to outlive it.
+  /// Opens a reader, which receives lines from the next frame on. With `surface` it first receives all
+  /// keyframes of the map. The feed must outlive the reader.
   std::shared_ptr<Reader> open(const StreamOptions& options);
   bool has_readers() const;
 
-  /// Every frame, in order. A line of `tum` has a pose in the frame of the first contact, or of a Localizer's
-  /// map.
+  /// Sends a frame to all readers. To be called for every frame, in order. A `tum` line contains the pose in
+  /// the frame of the first contact, or in the map of a Localizer.
   void write(const FrameReport& report);
   void set_map(std::shared_ptr<const MapSnapshot> map);  ///< the map has changed
-  /// Frames and maps that follow belong to another scan.
+  /// Begins a new scan, to which all later frames and maps belong.
   void start_scan();
-  /// Readers get what is queued, then they end.
+  /// Ends the stream: each reader receives what is still in its queue, and then the end.
   void close();
 
  private:
   struct Lines {
-    std::string ndjson, tum;                // with their ends; `tum` is "" without a pose
-    std::shared_future<std::string> image;  // made once, by the first reader that wants it
+    std::string ndjson, tum;                // With line ends; `tum` is "" without a pose.
+    std::shared_future<std::string> image;  // Encoded once, by the first reader that needs it.
     std::uint64_t number;
   };
 
@@ -64,7 +65,7 @@ class LineFeed::Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  /// The next lines; "" when there is none until `until`; nothing at the end.
+  /// Returns the next lines; "" if there are none until `until`; nothing at the end of the stream.
   std::optional<std::string> next(std::chrono::steady_clock::time_point until);
 
  private:
@@ -74,21 +75,22 @@ class LineFeed::Reader {
 
   LineFeed& feed_;
   const StreamOptions options_;
-  BoundedQueue<std::shared_ptr<const Lines>> queue_;  // null: the map has changed
+  BoundedQueue<std::shared_ptr<const Lines>> queue_;  // A null entry means that the map has changed.
   std::uint64_t next_number_;
-  int newest_keyframe_ = -1;                 // that was sent of this scan; they come in order
+  int newest_keyframe_ = -1;  // Newest keyframe of this scan that was sent; they are sent in order.
   std::shared_ptr<const MapSnapshot> sent_;  // the last map
   int scan_ = 0;
 };
 
-/// Lines of a feed to standard output, on a thread of its own.
+/// Writes the lines of a feed to standard output, on its own thread.
 class LineOutput {
  public:
   LineOutput(LineFeed& feed, const StreamOptions& options);
   ~LineOutput() { finish(); }
 
-  /// Closes the feed; its reader gets up to a second for what is still queued. False when it could not be
-  /// written, as on a full disk. A reader that left is no failure.
+  /// Closes the feed and gives its reader up to one second to write what is still queued. Returns false if
+  /// something could not be written, as on a full disk. A reader that closed its end of the pipe is no
+  /// failure.
   bool finish();
 
  private:

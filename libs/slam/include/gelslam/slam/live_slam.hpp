@@ -22,45 +22,50 @@ namespace gelslam {
 
 enum class LivePhase { background, scanning, paused, finishing, finished };
 
-/// The state of a scan for the user, in words and figures. Cheap to copy.
+/// State of a scan for the user, as text and numbers. Cheap to copy.
 struct LiveStatus {
   LivePhase phase = LivePhase::background;
-  bool is_scan = true;  ///< false: tracking alone, which saves nothing and can only be stopped
-  /// `lost` lasts until what is touched now has been joined to the shown map.
+  bool is_scan = true;  ///< False for tracking alone, which saves nothing and can only be stopped.
+  /// The status stays `lost` until the current contact has been joined to the shown map.
   TrackStatus track = TrackStatus::no_contact;
-  /// "lost", "too little overlap", "touch a place you have seen". While tracking, the reason says why the
-  /// place is uncertain.
+  /// For example "lost", "too little overlap", "touch a place you have seen". While tracking, `reason` says
+  /// why the pose is uncertain.
   std::string state, reason, advice;
-  std::string progress;  ///< of the last steps, while finishing: "34%, 12 s left"; or ""
-  /// What is wrong for longer than a frame (log stopped: disk full; background doubtful).
+  std::string progress;  ///< Progress of the last steps while finishing, as "34%, 12 s left"; or "".
+  /// Problems that last longer than one frame, such as a full disk that stopped the log, or a doubtful
+  /// background.
   std::vector<std::string> warnings;
-  std::string failure;     ///< what ended the scan, or kept it from being saved whole (a warning, too); or ""
-  std::string run_folder;  ///< where it is saved; "" without one
-  std::string source;      ///< RawFrameSource::description()
-  double rate_hz = 0;      ///< measured over the last seconds
-  std::int64_t frames = 0;          ///< that arrived since the scan began
-  std::int64_t lost_by_camera = 0;  ///< gaps in the driver's count
-  std::int64_t dropped = 0;         ///< arrived, but not tracked because we were behind
-  std::int64_t damaged = 0;         ///< pictures that could not be decoded
-  double latency_ms = 0;            ///< median from a frame's capture to its pose line, last seconds
-  double latency_p99_ms = 0;        ///< 99 of 100 frames take less
-  double age_s = 0;                 ///< of the scan
+  /// The error that ended the scan, or because of which it could not be saved completely (then it is also a
+  /// warning); or "".
+  std::string failure;
+  std::string run_folder;           ///< Where the scan is saved; "" if it is not.
+  std::string source;               ///< RawFrameSource::description()
+  double rate_hz = 0;               ///< Frame rate measured over the last seconds.
+  std::int64_t frames = 0;          ///< Number of frames that arrived since the scan began.
+  std::int64_t lost_by_camera = 0;  ///< Frames that are missing according to the driver's frame counter.
+  /// Frames that arrived but were not tracked because the computer was too slow.
+  std::int64_t dropped = 0;
+  std::int64_t damaged = 0;  ///< Images that could not be decoded.
+  double latency_ms = 0;     ///< Median over the last seconds of the time from a frame's capture to its pose.
+  double latency_p99_ms = 0;  ///< The same as 99 % quantile.
+  double age_s = 0;           ///< Time since the scan began.
   int keyframes = 0, loops = 0, trials = 0, components = 0;
-  double memory_mb = 0;        ///< resident, of the whole program
-  std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
+  double memory_mb = 0;        ///< Resident memory of the whole program.
+  std::int64_t log_bytes = 0;  ///< Size of the recorded log; 0 without a log.
   GradientScale gradient_scale;
-  /// Two standard deviations of the pose that is known worst, of what was saved; 0: nothing was.
+  /// Two standard deviations of the least certain pose in the saved map; 0 if nothing was saved.
   double saved_drift_mm = 0, saved_drift_deg = 0;
-  std::string touched;  ///< describe(RunReport::touched) of what was saved; or ""
+  std::string touched;  ///< describe(RunReport::touched) of the saved run; or "".
   std::vector<std::string>
       result_warnings;  ///< RunReport::result_warnings of what was saved; say them when finished
 };
 
-/// As they came from the camera.
+/// Background frames as they came from the camera.
 using BackgroundFrames = std::vector<std::shared_ptr<const RawFrame>>;
 
-/// A live scan as the window sees it, and what a person can ask of it. All functions may be called from the
-/// window's thread at any time and return at once; what was asked for happens soon after.
+/// Interface of a live scan for a window: its state, and what the user can ask of it. All functions may be
+/// called from the window's thread at any time and return immediately; requests are carried out soon
+/// afterwards.
 class LiveSession {
  public:
   virtual ~LiveSession() = default;
@@ -71,50 +76,55 @@ class LiveSession {
   /// LiveOptions::mesh_feed.
   virtual std::shared_ptr<const MeshFeed> mesh() const = 0;
 
-  /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
+  /// Pauses or resumes the scan. The replay of a log waits meanwhile. Frames that a camera sends while paused
+  /// are left out, and the current trial ends.
   virtual void set_paused(bool paused) = 0;
-  virtual void stop() = 0;   ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
-  virtual void abort() = 0;  ///< stop(), and leave out what takes time: loops not searched yet, refinement
+  /// Stops capture, then closes loops, fuses and saves. The phase becomes finishing, then finished.
+  virtual void stop() = 0;
+  /// As stop(), but without the slow steps: loops that were not searched for yet, and refinement.
+  virtual void abort() = 0;
 
-  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
-  /// threw: an Error when the source does not fit or nothing could be saved.
+  /// Waits until the source has ended or stop() was called, and everything is saved. Throws the exception of
+  /// a stage: Error when the source does not fit the configuration or nothing could be saved.
   virtual RunReport wait() = 0;
-  /// What the background was made of, once wait() has returned; none of an image, or without a background.
+  /// Returns the frames from which the background was made, once wait() has returned. Empty if the background
+  /// is an image, or if there is none.
   virtual BackgroundFrames background_frames() const = 0;
 };
 
 struct LiveOptions {
   Config config;                     ///< with the model path resolved
-  std::filesystem::path log;         ///< what is replayed; empty for a camera
+  std::filesystem::path log;         ///< The log that is replayed; empty for a camera.
   std::filesystem::path background;  ///< an image; empty: the first frames
-  bool force = false;                ///< take the first frames as background whatever they show
+  bool force = false;  ///< Use the first frames as background even if they seem to show contact.
   std::optional<FrameRange> background_frames = {};  ///< as in LogInput
-  /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame
-  /// is used, as fast as it can be.
+  /// If true, frames that arrive while the program is too slow are left out, as a camera does not wait. If
+  /// false, every frame is used, at the speed of the program.
   bool drop_when_behind = true;
-  std::filesystem::path run_folder;  ///< empty: nothing is kept
+  std::filesystem::path run_folder;  ///< Empty if nothing is saved.
   bool overwrite = false;
-  std::optional<ContinuedScan> continued = {};  ///< the scan in `run_folder` goes on
+  std::optional<ContinuedScan> continued = {};  ///< If set, the scan in `run_folder` is continued.
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
   std::int64_t keep_free_bytes = 0;  ///< LogRecorderOptions
-  std::shared_ptr<LineFeed> stream;  ///< gets every frame and map; null: none
-  /// Gets the mesh of the shown component as it grows, then the saved one; null: nobody looks at it.
+  std::shared_ptr<LineFeed> stream;  ///< Receives every frame and map; may be null.
+  /// Receives the mesh of the shown component as it grows, and at the end the saved mesh. Null if nothing
+  /// displays it.
   std::shared_ptr<MeshFeed> mesh_feed;
-  /// What can wait (RawFrameSource::hold()) does until this is true; what a camera sees before is recorded,
-  /// and left out. None: at once.
+  /// The scan begins when this returns true. A source that can wait (RawFrameSource::hold()) waits until
+  /// then; frames of a camera are recorded until then but not used. If empty, the scan begins immediately.
   std::function<bool()> begins;
 };
 
-/// Throws Error when begin_live_scan() would refuse the run folder: to be asked before a camera is disturbed.
-/// Makes nothing.
+/// Throws Error when begin_live_scan() would refuse the run folder, so that this can be found out before a
+/// camera is opened. Creates nothing.
 void check_run_folder(const LiveOptions& options);
 
-/// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own
-/// thread with queues between them. Tracking never waits for what comes behind it; every keyframe is searched
-/// for loops, however late. Without dropped frames its map at the end is the one that reconstruct() makes of
-/// the same log. Starts at once; a session that goes before wait() has returned aborts. Throws Error when the
-/// model cannot be read or the run folder may not be written.
+/// Runs a live scan: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own
+/// thread with queues between them. Tracking never waits for later stages, and every keyframe is searched for
+/// loops, however late. If no frames are dropped, the final map equals that of reconstruct() on the same log.
+/// The scan starts immediately; if the session is destroyed before wait() has returned, the scan is aborted.
+/// Throws Error when the model cannot be read or the run folder may not be written.
 std::unique_ptr<LiveSession> begin_live_scan(std::unique_ptr<RawFrameSource> source,
                                              const LiveOptions& options);
 

@@ -16,29 +16,29 @@ struct MergeRequest {
   bool overwrite = false;
 };
 
-/// Joins scans of one object by the places that they have in common, as if they were one scan, and writes a
-/// run folder. Throws Error when a run holds no session, another run into the folder is refused, or as
-/// check_same_sensor(), and where it is stopped before all common places were looked for. Returns what it
-/// wrote.
+/// Merges scans of one object into one: searches for loops between them as if they were parts of one scan,
+/// and writes a run folder. Returns the run. Throws Error when a run has no session, when the run folder may
+/// not be written, as check_same_sensor(), and when it is stopped before all loops were searched for.
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested);
 
 struct FuseRequest {
   std::filesystem::path run;
-  std::filesystem::path output;  ///< a new run folder; empty: the run's own mesh is replaced
+  std::filesystem::path output;  ///< A new run folder; if empty, the mesh of the run itself is replaced.
   bool overwrite = false;
-  std::optional<double> voxel_size_mm, truncation_mm;  ///< instead of those of the run's configuration
-  bool keep_all = false;                               ///< also islands of the mesh
+  std::optional<double> voxel_size_mm, truncation_mm;  ///< Replace the values of the run's configuration.
+  bool keep_all = false;                               ///< Also keeps small islands of the mesh.
 };
 
 struct FuseSummary {
   std::size_t keyframes = 0;
   RunReport::MeshSize mesh{};
   RunReport::Touched touched{};
-  bool map_was_made = false;  ///< the scan had not been finished
+  bool map_was_made = false;  ///< True if the run had no map because its scan had not been finished.
 };
 
-/// Makes a run's mesh again from its session; of a scan that was killed, its map, too. Throws Error.
+/// Fuses the mesh of a run again from its session. If the scan was killed, its map is made first. Throws
+/// Error.
 FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested);
 

@@ -10,25 +10,28 @@
 
 namespace gelslam {
 
-/// A growing mesh for any number of readers, each of which asks what has changed since it last did.
+/// A growing mesh for any number of readers, each of which asks for what has changed since its last call.
 /// Thread-safe.
 class MeshFeed {
  public:
   using BlockPtr = std::shared_ptr<const MeshBlock>;
   struct Changes {
-    std::uint64_t version = 0, newest = 0;  ///< to ask with the next time; of all there is
-    bool cleared = false;                   ///< forget every block first
+    /// `version` is to be passed to the next call; `newest` is that of the newest block.
+    std::uint64_t version = 0, newest = 0;
+    bool cleared = false;  ///< If true, the reader must remove all its blocks before it adds these.
     std::vector<BlockPtr> blocks;
   };
 
-  /// `cleared`: forget every block first. Blocks replace those with the same key.
+  /// Adds blocks, which replace those with the same key. If `cleared` is true, all earlier blocks are removed
+  /// first.
   void add(bool cleared, std::vector<MeshBlock> blocks);
-  /// In place of all that grew.
+  /// Replaces all blocks by the given mesh.
   void set_whole(const Mesh& mesh);
 
-  /// Since `version` (0: all there is), as many blocks as have about `most_vertices`; the rest the next time.
+  /// Returns the blocks that changed after `version` (0: all), up to about `most_vertices` vertices; the next
+  /// call returns the rest.
   Changes since(std::uint64_t version, std::size_t most_vertices) const;
-  /// All blocks as one mesh; neighbors do not share vertices.
+  /// Returns all blocks as one mesh. Neighboring blocks do not share vertices.
   Mesh whole() const;
 
  private:

@@ -11,18 +11,19 @@
 
 namespace gelslam {
 
-/// GradientScaleOptions::sigma, of the worst model among keyframes (null: none there).
+/// Returns GradientScaleOptions::sigma for the least certain gradient model among the keyframes. Entries may
+/// be null.
 double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                             const GradientScaleOptions& options);
 
-/// Share of the smaller contact that lies on the other's, close to its height. 0 where they face away from
-/// each other: opposite sides of a thin object.
+/// Returns the fraction of the smaller contact that coincides with the other contact, within a tolerance of
+/// height. It is 0 where the surfaces face away from each other, as on opposite sides of a thin object.
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b);
 
-/// Once the pose graph knows roughly where every keyframe is, verifies all pairs that should overlap but have
-/// no edge yet, and returns them as loop edges, or those found until `stop_requested` turns true. Null
-/// keyframes and patches are left out. Each keyframe is a step of `progress`, if there is one. Own addition;
-/// it replaces drift along chains of keyframes by direct measurements.
+/// Verifies all pairs of keyframes that should overlap according to the solved pose graph but have no edge
+/// yet, and returns the verified ones as loop edges. When `stop_requested` returns true, it returns those
+/// found so far. Null entries and patches are skipped. `progress` (may be null) is advanced by one for each
+/// keyframe. The direct measurements replace accumulated drift along chains of keyframes. Not in the paper.
 std::vector<PoseGraphEdge> find_overlap_edges(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const PoseGraphSolution& solution,
     const std::vector<PoseGraphEdge>& edges, const SlamOptions& options,

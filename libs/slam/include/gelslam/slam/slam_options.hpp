@@ -8,18 +8,18 @@
 namespace gelslam {
 
 struct RefinementOptions {
-  int max_pairs_per_keyframe = 12;  // those that overlap most; 0: no refinement
+  int max_pairs_per_keyframe = 12;  // The pairs with the largest overlap are taken; 0 turns refinement off.
 };
 
 struct GradientScaleOptions {
-  bool estimate = true;  ///< from loops, while the scan goes on and at its end
-  double sigma = 0.1;    ///< prior of read slope over true slope, about 1
+  bool estimate = true;  ///< Estimated from loops, during the scan and at its end.
+  double sigma = 0.1;    ///< Prior standard deviation of the ratio of read to true slope, whose mean is 1.
 };
 
 /// One options struct per stage.
 struct SlamOptions {
-  NormalFlowOptions registration;    ///< of frames and of keyframes
-  VerificationOptions verification;  ///< of every place but the next frame's
+  NormalFlowOptions registration;    ///< For frames and for keyframes.
+  VerificationOptions verification;  ///< For every candidate pose except that of the next tracked frame.
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;
   PoseGraphOptions pose_graph;

@@ -9,22 +9,22 @@
 
 namespace gelslam {
 
-/// The color in which something is said: not known, busy, good, doubtful, bad.
+/// Color of a state: unknown, busy, good, doubtful, bad.
 enum class Tone { gray, blue, green, amber, red };
 
-/// What happens, in large letters with a color, and below it what it means or what to do.
+/// The state of a scan as a headline with a color, and below it what it means or what to do.
 struct StateWords {
   std::string_view state;  ///< "background", "tracking", "no_contact", ...
   Tone tone = Tone::gray;
   std::string headline, advice;
 };
-/// `keys` false: for who has no keyboard at the scan.
+/// `keys` false: do not mention keys, for a user without a keyboard at the scan.
 StateWords state_words(const LiveStatus& status, bool keys = true);
 /// "lost: too little overlap; touch a place you have seen"
 std::string state_line(const LiveStatus& status);
 std::string sentences(std::string_view text);  ///< "too little; touch" -> "Too little. Touch."
 
-/// A counter beside the surface.
+/// A number shown beside the surface, with its label.
 struct Figure {
   const char* label;
   std::string value;
@@ -33,9 +33,9 @@ struct Figure {
 std::vector<Figure> usual_figures(const LiveStatus& status);
 std::vector<Figure> further_figures(const LiveStatus& status);
 
-/// What a person asks of a scan that goes on.
+/// Requests that a user can make while a scan goes on.
 enum class ScanCommand { stop, new_scan };
-/// Why a command is refused, or "". `another`: there is a camera for another scan.
+/// Returns why a command is refused, or "". `another` says whether there is a camera for another scan.
 std::string refusal(ScanCommand command, const LiveStatus& status, bool another);
 
 std::string text_of_count(std::int64_t n);  ///< "12 345"

@@ -18,35 +18,39 @@
 
 namespace gelslam {
 
-/// Decoded pictures to surfaces, offline and live alike: color gain, background, estimate. The background is
-/// an image that the user names, or is taken from the first pictures in a row that show the bare gel. Not
-/// thread-safe.
+/// Converts decoded images to surfaces, both offline and live: color gain, background, surface estimate. The
+/// background is an image file that the user names, or is made from the first consecutive images that show
+/// the gel without contact. Not thread-safe.
 class FrameToSurface {
  public:
-  /// `background`: an image file, or empty. `force`: take the first pictures even if they show contact.
-  /// `named`: the pictures that a person named, instead of the first ones. Throws Error when the model or the
-  /// image cannot be read.
+  /// `background` is an image file, or empty. `force` uses the first images even if they show contact.
+  /// `named` are images that the user named to be used instead of the first ones. Throws Error when the model
+  /// or the image cannot be read.
   FrameToSurface(const Config& config, const std::filesystem::path& background, bool force, StageTimer& timer,
                  const std::optional<FrameRange>& named = {});
 
-  /// Applies the color gain to `bgr` in place. `index`: of the frame in the log. Null for pictures that go
-  /// into the background, or come before it. Throws Error when the pictures that were named do not agree.
+  /// Computes the surface of an image, after applying the color gain to `bgr` in place. `index` is the
+  /// frame's number in the log. Returns null for images that become part of the background or come before it.
+  /// Throws Error when the images that the user named differ too much from each other.
   SurfacePtr push(cv::Mat3b& bgr, std::int64_t index);
-  /// Takes the background from the longest bare stretch of `seen` (find_bare_stretch), which `log` begins
-  /// with. Nothing where there is none.
+  /// Makes the background from the longest sequence of images without contact among `seen`, the first images
+  /// of `log` (find_bare_stretch). Returns nothing if there is no such sequence.
   std::optional<BareStretch> take_bare_stretch(const std::deque<TactileImage>& seen,
                                                const std::filesystem::path& log);
-  /// Adds to the warnings how the background that was named differs from what a log begins with.
+  /// Adds a warning if the background that the user named differs from the log's first images.
   void compare_named_background(const std::deque<TactileImage>& first);
   bool has_background() const { return estimator_.has_value() && !compares_; }
-  /// The camera was away: pictures go into a second background, which is compared with the first one.
+  /// To be called after the camera was disconnected: the next images make a second background, which is
+  /// compared with the first one.
   void compare_background();
-  /// What differs, as a sentence for the user, once that was done; or "".
+  /// Returns the difference between both backgrounds as a sentence for the user, once they were compared; or
+  /// "".
   const std::string& difference() const { return difference_; }
-  /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
+  /// Returns why the newest images cannot be the background (contact or markers). Gives no reason while there
+  /// are too few images.
   const BackgroundCheck& refusal() const { return refusal_; }
-  /// What makes the background doubtful, as sentences for the user, complete once there is a background;
-  /// later that light was not followed.
+  /// Returns reasons to doubt the background as sentences for the user, complete once there is a background.
+  /// Later a warning may be added that a change of light was too large to be corrected.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -72,7 +76,7 @@ class FrameToSurface {
   std::string difference_;
 };
 
-/// A log, or a camera, as a stream of surfaces. Holds no more pictures at once than it looks through for the
+/// A log or a camera as a sequence of surfaces. It never holds more images than are searched for the
 /// background.
 class SurfaceStream {
  public:
@@ -81,16 +85,17 @@ class SurfaceStream {
     SurfacePtr surface;  ///< null for background frames
   };
 
-  /// Reads the background: the first frames, or, where they show no bare gel, the longest stretch of frames
-  /// soon after that does. Throws Error when the log is no log, is shorter than its background, or shows
-  /// contact in it (unless input.force).
+  /// Opens a log and reads its background: the first frames, or, if they show contact, the longest sequence
+  /// of frames without contact soon after. Throws Error when the file is no log, has fewer frames than the
+  /// background needs, or shows contact in all of these (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
-  /// Starts with a camera. It waits until the gel is bare; `ask` is told once why it waits. Without `ask` as
-  /// of a log. `input` names the background only.
+  /// Starts with a camera. Without a background image it waits until the gel has no contact, and calls `ask`
+  /// once with the reason. If `ask` is empty, the background is read as from a log. `input` is used for the
+  /// background only.
   SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput& input, const Config& config,
                 StageTimer& timer, const std::function<void(const std::string&)>& ask);
 
-  /// Frames in order, background frames first; nothing at the end.
+  /// Returns the frames in order, background frames first, and nothing at the end.
   std::optional<Item> next();
   std::optional<std::int64_t> frame_count() const { return source_->frame_count(); }
   std::string description() const { return source_->description(); }
@@ -98,7 +103,7 @@ class SurfaceStream {
   const std::vector<std::string>& background_warnings() const { return frames_.warnings(); }
   /// Damaged pictures so far.
   std::int64_t left_out() const { return source_->left_out(); }
-  /// What was wrong with the log, for the user, or "" (complete at the end).
+  /// Problem of the log as a sentence for the user, or "" (complete at the end).
   std::string warning() const { return source_->warning(); }
 
  private:
@@ -107,10 +112,11 @@ class SurfaceStream {
   std::optional<TactileImage> next_image();
 
   StageTimer& timer_;
-  std::unique_ptr<FrameSource> source_;  // opened first: a missing log is said before a missing model
+  // Opened first, so that a missing log is reported before a missing model.
+  std::unique_ptr<FrameSource> source_;
   FrameToSurface frames_;
-  std::deque<Item> background_items_;  // not handed out yet
-  std::deque<TactileImage> ahead_;     // read while the background was looked for
+  std::deque<Item> background_items_;  // Background frames that next() has not returned yet.
+  std::deque<TactileImage> ahead_;     // Images that were read while searching for the background.
 };
 
 }  // namespace gelslam

@@ -14,14 +14,14 @@
 
 namespace gelslam::viewer {
 
-/// Everything a person can ask of any window.
+/// Everything that a user can request in any window.
 enum class Action {
   close,
   help,
   screenshot,
-  panels,  // of every window
+  panels,  // In every window.
   curvature,
-  next_color,  // of a scene
+  next_color,  // In a scene.
   trajectory,
   pose_graph,
   not_in_mesh,
@@ -29,10 +29,10 @@ enum class Action {
   pause,
   new_scan,
   diagnostics,
-  follow,  // of a live scan
+  follow,  // In a live scan.
   play,
   step_back,
-  step_on,  // of a saved run
+  step_on,  // In a saved run.
   accept,
   previous,
   next,
@@ -40,27 +40,28 @@ enum class Action {
   accept_rest,
   left,
   right,
-  up,  // of ball presses
+  up,  // In the labeling of ball presses.
   down,
   wider,
   narrower,
 };
 
-/// One row of a window's table: its keys, its button and its line in the help all come from here.
+/// One row of a window's table of actions, which defines its keys, its button and its line in the help.
 struct ActionRow {
   Action action;
-  std::vector<int> keys;  ///< of GLFW
-  std::string key;        ///< as people read them: "Q"
-  std::string label;      ///< of its button; empty: it has none
-  int group;              ///< a gap goes between groups of buttons
-  int priority;           ///< buttons with the highest numbers go first where there is no room; 0 stays
-  std::string help;       ///< empty: not listed
+  std::vector<int> keys;  ///< GLFW key codes.
+  std::string key;        ///< Name of the key for the user: "Q".
+  std::string label;      ///< Label of its button; empty if it has none.
+  int group;              ///< A gap separates groups of buttons.
+  /// If there is too little room, buttons with the highest number are removed first; 0 is never removed.
+  int priority;
+  std::string help;  ///< Empty if not listed in the help.
 };
 
-/// What several windows share: help, picture, and how a scene looks.
+/// Returns the row of an action that several windows share: help, screenshot, and the look of a scene.
 ActionRow common_row(Action action);
 
-/// A line that says what was done, and goes by itself.
+/// A message that disappears by itself.
 struct Toast {
   std::string text;
   bool trouble = false;
@@ -79,14 +80,15 @@ struct Question {
   std::vector<Answer> answers;
 };
 
-/// How a button looks now.
+/// Current look of a button.
 struct ButtonLook {
   bool shown = true;
   std::string label;
   Color ink = theme::kText;
 };
 
-/// What keys and buttons of a window do, without a pixel of how it looks. Times are the window's clock, s.
+/// Behavior of a window's keys and buttons, independent of how they are drawn. Times are in s of the window's
+/// clock.
 class Controls {
  public:
   explicit Controls(std::vector<ActionRow> rows) : rows_(std::move(rows)) {}
@@ -94,10 +96,11 @@ class Controls {
   Controls(const Controls&) = delete;
   Controls& operator=(const Controls&) = delete;
 
-  /// A question takes every key; the help goes with any key, which then does what it says (but Esc).
+  /// Handles a key. An open question takes every key. An open help closes with any key, which then has its
+  /// usual effect (except Esc).
   void press_key(int code, double now_s);
   void perform(Action action, double now_s);
-  void answer(std::size_t index, double now_s);  ///< of the open question
+  void answer(std::size_t index, double now_s);  ///< Answers the open question.
   virtual ButtonLook button(const ActionRow& row) const { return {true, row.label, theme::kText}; }
   const std::vector<ActionRow>& rows() const { return rows_; }
   virtual std::vector<std::pair<std::string, std::string>> mouse_help() const { return {}; }
@@ -106,16 +109,17 @@ class Controls {
   void complain(std::string text, double now_s, double seconds = 10) {
     add({std::move(text), true, now_s + seconds});
   }
-  bool drop_old_toasts(double now_s);  ///< true when one went
+  bool drop_old_toasts(double now_s);  ///< Returns true if one was removed.
   const std::deque<Toast>& toasts() const { return toasts_; }
   const std::optional<Question>& question() const { return question_; }
   bool shows_help() const { return shows_help_; }
   bool shows_panels() const { return shows_panels_; }
   bool wants_to_close() const { return wants_to_close_; }
-  bool take_screenshot() { return std::exchange(screenshot_, false); }  ///< a request is handed out once
+  bool take_screenshot() { return std::exchange(screenshot_, false); }  ///< Returns each request only once.
 
  protected:
-  virtual void act(Action action, double now_s) = 0;  ///< what is not common to all windows; close, too
+  /// Performs actions that are not common to all windows, and close.
+  virtual void act(Action action, double now_s) = 0;
   void ask(Question question) { question_ = std::move(question); }
   void close() { wants_to_close_ = true; }
 
@@ -128,14 +132,14 @@ class Controls {
   bool shows_help_ = false, shows_panels_ = true, wants_to_close_ = false, screenshot_ = false;
 };
 
-/// Those of a window that shows a scene.
+/// Controls of a window that shows a scene.
 class SceneControls : public Controls {
  public:
   SceneControls(std::vector<ActionRow> rows, const SceneStyle& style, std::vector<SceneColor> colors)
       : Controls(std::move(rows)), style_(style), colors_(std::move(colors)) {}
 
   const SceneStyle& style() const { return style_; }
-  bool follows() const { return follows_; }  ///< the view turns to the touch, where there is one
+  bool follows() const { return follows_; }  ///< True if the view follows the touch, if there is one.
   void set_follows(bool follows) { follows_ = follows; }
   bool take_show_all() { return std::exchange(show_all_, false); }
   ButtonLook button(const ActionRow& row) const override;
@@ -146,15 +150,15 @@ class SceneControls : public Controls {
 
  private:
   SceneStyle style_;
-  std::vector<SceneColor> colors_;  ///< that mean something here
+  std::vector<SceneColor> colors_;  ///< Colors that are available here.
   bool show_all_ = false, follows_ = true;
 };
 
-/// The bar at the window's lower edge, as many buttons as there is room for, and what lies over the view:
+/// Draw the bar at the lower edge of the window with as many buttons as fit, and what is above the view:
 /// messages, the help, a question.
 void draw_action_bar(Ui& ui, const Box& bar, Controls& controls, double now_s);
 void draw_messages(Ui& ui, const Box& view, const Controls& controls);
 void draw_dialogs(Ui& ui, Controls& controls, double now_s);
-inline constexpr double kBarHeight = 62;  ///< design pixels
+inline constexpr double kBarHeight = 62;  ///< In design pixels.
 
 }  // namespace gelslam::viewer

@@ -30,27 +30,28 @@ inline constexpr Color kBlue = rgb(104, 176, 250);
 inline constexpr Color kGray = rgb(176, 186, 197);
 }  // namespace theme
 
-/// Part of the window, framebuffer pixels, y down.
+/// Part of the window, in framebuffer pixels, y down.
 struct Box {
   float x = 0, y = 0, width = 0, height = 0;
   float right() const { return x + width; }
   float bottom() const { return y + height; }
   bool contains(double px, double py) const { return px >= x && px < right() && py >= y && py < bottom(); }
   Box inset(float margin) const { return {x + margin, y + margin, width - 2 * margin, height - 2 * margin}; }
-  Box largest(float aspect) const;  ///< of this shape (height over width), in its middle
-  // Cut a part off and return it.
+  /// Returns the largest box with this aspect (height over width) in its middle.
+  Box largest(float aspect) const;
+  // The following functions cut a part off and return it.
   Box cut_top(float part);
   Box cut_bottom(float part);
   Box cut_right(float part);
 };
 
-/// Sizes of letters: labels; sentences and buttons; advice; numbers (bold); the state, for across the room.
+/// Text sizes: labels; sentences and buttons; advice; numbers (bold); the state, to be read from a distance.
 enum class Face { small, body, title, figure, headline };
 
-/// Where a text that is too long loses letters; `none`: a table's column becomes as wide as it.
+/// Where a text that is too long is shortened; `none`: a table column becomes as wide as the text.
 enum class Cut { start, middle, end, none };
 
-/// With line breaks (width 0: without) at blanks, but not between a number and what it counts.
+/// Inserts line breaks at blanks, but not between a number and its unit (width 0: no line breaks).
 std::string wrapped(Face face, std::string_view text, float width);
 
 struct Paragraph {
@@ -59,14 +60,14 @@ struct Paragraph {
   std::string text;
 };
 
-/// What was written where: tests find words and buttons by it.
+/// A text that was drawn, with its position; tests find texts and buttons by it.
 struct DrawnText {
   std::string text;
   Box box;
   Color color = 0;
 };
 
-/// A picture that the window can draw. Needs the context it was made with to be current.
+/// An image that the window can draw. The context in which it was created must be current.
 class Texture {
  public:
   Texture() = default;
@@ -86,9 +87,9 @@ class Texture {
   cv::Size size_;
 };
 
-/// The flat parts of a window, one frame of Dear ImGui: marks drawn over the view, panels with text, tables
-/// and buttons in them, and one dialog over everything. Lives between WindowHost's begin_frame() and
-/// end_frame(). It records what was written and which boxes belong to panels and not to the view.
+/// The two-dimensional parts of a window in one frame of Dear ImGui: marks over the view, panels with text,
+/// tables and buttons, and one dialog above everything. It exists between begin_frame() and end_frame() of
+/// WindowHost. It records which texts were drawn, and which boxes belong to panels and not to the view.
 class Ui {
  public:
   static constexpr double kDialogPadding = 26;  ///< design pixels
@@ -101,7 +102,8 @@ class Ui {
   float px(double design_px) const { return static_cast<float>(design_px) * scale_; }
   Box window() const;
 
-  // Shapes and text at given places; within a panel they belong to it, else they lie over the view.
+  // Shapes and text at given positions. Within a panel they belong to it, otherwise they are drawn over the
+  // view.
   void fill(const Box& box, Color color, double rounding = 0);
   void frame(const Box& box, Color color, double rounding = 0, double thickness = 1);
   void disc(float x, float y, float radius, Color color);
@@ -111,49 +113,53 @@ class Ui {
   float width_of(Face face, std::string_view text) const;
   float height_of(Face face) const;
   float height_of(Face face, std::string_view text, float wrap_width) const;
-  /// Shortened until it fits: at its start "…/run/mesh.ply", of a path the end says most.
+  /// Shortens a text until it fits. Paths are shortened at the start, "…/run/mesh.ply", as their end is the
+  /// most important part.
   std::string fitted(Face face, std::string_view text, float width, Cut cut) const;
   void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
   void text_right(Face face, float right, float y, Color color, std::string_view text);
   void text_centered(Face face, const Box& box, Color color, std::string_view text);
-  /// A word on a ground of its own; `anchor` as in card().
+  /// Draws a word with a background; `anchor` as in card().
   void tag(Face face, float x, float y, Color ink, Color ground, std::string_view text, float anchor_x = 0.5F,
            float anchor_y = 0.5F);
-  /// A box around paragraphs, at most `most_width` wide, with a colored left edge if `edge` is not 0.
-  /// `anchor` is the share of its size that lies left of and above the place.
+  /// Draws a box with paragraphs, at most `most_width` wide, with a colored left edge if `edge` is not 0.
+  /// `anchor` is the fraction of its size that is left of and above the position.
   Box card(float x, float y, float most_width, Color edge, const std::vector<Paragraph>& paragraphs,
            float anchor_x = 0, float anchor_y = 0, double least_width = 0);
 
-  // Panels: their content flows from the top down. Without a height they are as high as their content, and
-  // `anchor` is the share of their size that lies left of and above the box's corner.
+  // Panels, whose content runs from the top down. Without a given height they are as high as their content.
+  // `anchor` is the fraction of their size that is left of and above the box's corner.
   void begin_panel(const char* id, const Box& box, double padding = 0, double rounding = 0,
                    float anchor_x = 0, float anchor_y = 0);
   void end_panel();
-  /// Part of a panel, which scrolls where it is too high. A height of 0: down to the panel's lower edge.
+  /// Begins a part of a panel that scrolls if it is too high. With height 0 it extends to the panel's lower
+  /// edge.
   void begin_child(const char* id, float height = 0);
   void end_child();
-  Box room() const;  ///< from the next item to the panel's lower right corner
+  Box room() const;  ///< Returns the box from the next item to the panel's lower right corner.
   void gap(double design_px);
   void text(Face face, Color color, std::string_view text, Cut cut = Cut::end);
   void paragraph(Face face, Color color, std::string_view text);
-  /// A name at the left (dim) and its value at the right of the room.
+  /// Draws a name at the left (dim) and its value at the right.
   void row(Face face, std::string_view name, std::string_view value, Color value_color = theme::kText,
            Cut cut = Cut::end);
-  void bar(double share, Color color, double height);  ///< how much of it is full
-  /// Columns of the same width, or as wide as their content asks for.
+  void bar(double share, Color color, double height);  ///< Draws a bar that is filled to `share`.
+  /// Begins a table with columns of equal width, or as wide as their content.
   bool begin_table(const char* id, int columns, double column_gap = 0, bool by_content = false);
   void next_cell();
   void end_table();
-  void indent(double design_px);  ///< of what follows in the panel; back by a negative one
-  /// The share along the box's width where the left button holds it; the box shows nothing by itself.
+  /// Indents the following content of the panel; a negative value reverses it.
+  void indent(double design_px);
+  /// Returns the horizontal position within the box, as a fraction of its width, while the left button is
+  /// held there. The box itself is invisible.
   std::optional<double> held_share(const char* id, const Box& box);
 
-  /// The dialog over everything; nothing below it can be clicked. False: there is no room, and no
-  /// end_dialog().
+  /// Begins the dialog above everything; nothing below it can be clicked. Returns false if there is no room;
+  /// end_dialog() must then not be called.
   bool begin_dialog(float width);
   void end_dialog();
 
-  /// The frame is to be drawn once more: a dialog's size is known only after its first frame.
+  /// True if the frame must be drawn again, because the size of a dialog is known only after its first frame.
   bool needs_another_frame() const { return needs_another_frame_; }
   std::vector<DrawnText> take_texts() { return std::move(texts_); }
   std::vector<Box> take_panels() { return std::move(panels_); }

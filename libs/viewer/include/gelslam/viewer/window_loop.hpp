@@ -8,18 +8,18 @@
 
 namespace gelslam::viewer {
 
-/// The event loop of all windows: takes input, draws when something has changed, and passes keys and buttons
-/// to the window's Controls. Throws Error where there is no display.
+/// The event loop of all windows: reads inputs, draws when something has changed, and passes keys and buttons
+/// to the window's Controls. Throws Error when there is no display.
 class WindowLoop {
  public:
   explicit WindowLoop(const WindowLoopOptions& options)
       : options_(options), host_(options.host ? options.host : std::make_shared<WindowHost>(options)) {}
   virtual ~WindowLoop() = default;
 
-  /// Until the person closes it, or it closes by itself.
+  /// Runs until the user closes the window, or it closes by itself.
   void run();
-  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew;
-  /// then `picture` (or null) is the frame.
+  /// Runs one iteration at the time `now_s` of the window's clock; with `draw_anyway` it draws even if
+  /// nothing has changed. Returns true if it drew; `picture` (may be null) then receives the frame.
   bool turn(double now_s, bool draw_anyway = false, cv::Mat3b* picture = nullptr);
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
@@ -27,18 +27,18 @@ class WindowLoop {
 
   WindowHost& host() { return *host_; }
   const std::vector<DrawnText>& texts() const { return texts_; }
-  /// Where the view lies that the panels leave free.
+  /// Returns the area of the view that the panels leave free.
   const Box& view() const { return view_; }
   virtual Controls& controls() = 0;
 
  protected:
-  /// Takes news and lets things move; true when they are to be drawn.
+  /// Takes new data and advances animations. Returns true if the window must be redrawn.
   virtual bool advance(double now_s, double dt_s) = 0;
-  /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
+  /// Lays out the window in `ui.window()`, sets the view, and draws the scene and the panels.
   virtual void draw_frame(Ui& ui, double now_s) = 0;
   virtual bool closes_by_itself() { return asks_to_end(); }
 
-  // The mouse on the view, not on a panel.
+  // Mouse events on the view, but not on panels.
   virtual void pressed(int /*button*/, const Eigen::Vector2f& /*at_px*/, double /*now_s*/) {}
   virtual void moved(const Eigen::Vector2f& /*to_px*/) {}
   virtual void released(int /*button*/) {}

@@ -9,28 +9,29 @@ namespace gelslam::viewer {
 
 class WindowHost;
 
-/// What all windows have in common.
+/// Options of all windows.
 struct WindowLoopOptions {
   std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;        ///< of the content, in screen coordinates
-  bool visible = true;                         ///< false: drawn without a display, for tests and pictures
-  std::filesystem::path picture_folder = ".";  ///< of screenshots
+  int width_px = 1280, height_px = 800;        ///< Size of the content, in screen coordinates.
+  bool visible = true;                         ///< False: drawn without a display, for tests and images.
+  std::filesystem::path picture_folder = ".";  ///< Folder of screenshots.
   std::string picture_stem = "screenshot";
-  /// PNG of the window as it was last, written when it closes; empty: none.
+  /// PNG of the window's last state, written when it closes; empty: none.
   std::filesystem::path snapshot{};
-  /// Whether somebody wants the end from elsewhere (Ctrl-C, log-out). Empty: never.
+  /// Returns true if the end is requested from elsewhere (Ctrl-C, log-out). May be empty.
   std::function<bool()> asks_to_end{};
-  std::shared_ptr<WindowHost> host{};  ///< the window that shows it, where it is there already
-  double poll_s = 0.1;                 ///< how often an idle window looks for news
-  double redraw_s = 1e9;               ///< an idle window is drawn again after this time
-  bool yields = false;                 ///< other threads need the processor: sleeps as long as a frame took
+  std::shared_ptr<WindowHost> host{};  ///< The window to be used, if it already exists.
+  double poll_s = 0.1;                 ///< Interval at which an idle window looks for new data.
+  double redraw_s = 1e9;               ///< An idle window is redrawn after this time.
+  /// Other threads need the processor: after each frame it sleeps for as long as the frame took.
+  bool yields = false;
 };
 
-/// Throws Error, with what to do instead, where no window could be opened. Shows nothing.
+/// Throws Error, with advice, when no window could be opened. Shows nothing.
 void require_display();
 
-/// Where windows are X's, whose library ends the program when the server is gone: `work`, in the thread of
-/// the window, comes before that. Empty: nothing does.
+/// With X11, Xlib ends the program when the display server is gone. `work` is then called first, in the
+/// window's thread. Empty: nothing is called.
 void before_display_loss_ends_it(std::function<void()> work);
 
 }  // namespace gelslam::viewer
