@@ -52,7 +52,6 @@ std::string all_of(LineFeed::Reader& reader) {
 
 TEST(LineFeed, GivesEachReaderItsFormatFromWhereItCame) {
   LineFeed feed;
-  EXPECT_FALSE(feed.has_readers());
   feed.write(frame(0));
   const auto early = feed.open({}), tum = feed.open({.tum = true});
   feed.write(frame(1));

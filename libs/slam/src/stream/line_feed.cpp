@@ -82,11 +82,6 @@ std::shared_ptr<LineFeed::Reader> LineFeed::open(const StreamOptions& options) {
   return std::make_shared<Reader>(*this, options);
 }
 
-bool LineFeed::has_readers() const {
-  const std::lock_guard lock(mutex_);
-  return !readers_.empty();
-}
-
 void LineFeed::write(const FrameReport& report) {
   std::unique_lock lock(mutex_);
   if (readers_.empty()) return;

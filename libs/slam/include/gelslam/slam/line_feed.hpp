@@ -31,7 +31,6 @@ class LineFeed {
   /// Opens a reader, which receives lines from the next frame on. With `surface` it first receives all
   /// keyframes of the map. The feed must outlive the reader.
   std::shared_ptr<Reader> open(const StreamOptions& options);
-  bool has_readers() const;
 
   /// Sends a frame to all readers. To be called for every frame, in order. A `tum` line contains the pose in
   /// the frame of the first contact, or in the map of a Localizer.
