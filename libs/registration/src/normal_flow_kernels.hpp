@@ -16,8 +16,7 @@ inline constexpr float kMinFacing = 0.2f;  // Bounds the Jacobian where a surfac
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {
   std::vector<float> x, y, z, nx, ny, nz;
-  std::vector<float>
-      weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's membrane rim)
+  std::vector<float> weight;  ///< information of the normal, Surface::confidence / 255
   /// How each of the normal's components x, y, z changes per mm along x of the picture's rest coordinates,
   /// then along y.
   std::array<std::vector<float>, 6> gradient;
@@ -31,9 +30,9 @@ struct Samples {
 struct Viewpoint {
   float inverse_distance = 0;  ///< of both cameras, 1/mm; 0: parallel rays
   std::array<float, 3> axis{0, 0, 1};
-  /// The point about which rx and ry turn: the middle of what both show, for heights tell its z. Were tz kept
-  /// instead, a turn would move a contact far from the sensor's axis toward the camera or away from it, and
-  /// errors of scale would be taken for turns.
+  /// The point about which rx and ry rotate: the center of the shared contact, whose z the heights measure.
+  /// If the object were rotated about the sensor's origin instead, a rotation would move a contact that is
+  /// far from the sensor's axis along z, and an error of the scale would be taken for a rotation.
   float center_x_mm = 0, center_y_mm = 0;
 
   /// Returns the tz that goes with the turns rx and ry.
@@ -42,8 +41,8 @@ struct Viewpoint {
   }
 };
 
-/// How a sample moves over the reference's picture with the five parameters, in rest coordinates along x and
-/// y: to where the ray that sees the moved sample meets the surface.
+/// The derivatives of a sample's place in the reference's picture (rest coordinates x and y) by the five
+/// parameters. The place is where the ray that sees the moved sample meets the surface.
 struct PictureMotion {
   std::array<float, kParameters> x, y;
 };

@@ -44,8 +44,8 @@ inline NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
 
 TargetView view_of(const Surface& target);
 
-/// Finds the nearest target pixel of a warped sample, the border's where it lies beyond. Samples with weight
-/// lie inside.
+/// Finds the target pixel that is nearest to a warped sample. A sample beyond the picture gets a pixel of its
+/// border; such a sample has no weight.
 class PixelLookup {
  public:
   PixelLookup(const Samples& samples, const Surface& target, const Pose& target_T_reference)

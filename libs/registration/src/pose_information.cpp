@@ -8,15 +8,16 @@
 namespace gelslam::registration::detail {
 namespace {
 
-// Errors that grow with the motion; root mean squares over simulated sequences.
-// The model's unevenness over the gel, from sliding. It is alike over patches of this area: a contact that is
-// no larger than a few of them averages little of it.
+// The following errors grow with the motion. The values are root mean squares over simulated sequences.
+// A model's slope error differs over the gel, so an object that slides seems to tilt. The error is correlated
+// over patches of this area, so a contact of a few patches averages little of it.
 constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
-constexpr double kPerTilt = 0.007;  // twist in rad, and slide in mm, per rad
+constexpr double kPerTilt = 0.007;  // error of the twist in rad, and of the slide in mm, per rad of tilt
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide =
     kTiltRadPerMm * kMmPerRad / 2;  // of a contact's border, 2.5 mm from its center
-/// The motion of the shared center from the reference to the target, in the reference's axes.
+
+/// The motion of the center of the shared contact from the reference to the target, in the reference's axes.
 struct CenterMotion {
   Eigen::Vector3d turn_rad, shift_mm;
   double tilt_rad() const { return turn_rad.head<2>().norm(); }
@@ -28,12 +29,12 @@ CenterMotion motion_of(const RegistrationResult& result) {
   return {so3_log(pose.linear()), pose * result.shared_center_mm - result.shared_center_mm};
 }
 
-/// Returns the variance of what the motion itself puts wrong, about the shared center, by a model of this
-/// slope_sigma_ratio.
+/// Returns the variances (rx ry rz tx ty tz, about the shared center) of the errors that grow with the
+/// motion, for a model with this slope_sigma_ratio.
 Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double shared_mm2,
                          double slope_sigma_ratio, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
-  // A motion that is not observable altogether may be larger than what was found of it.
+  // Where a direction is not observable, the true slide may be larger than the estimated one.
   const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : kMinPeriodMm);
   const double uneven_tilt =
       kTiltRadPerMm * slide * std::sqrt(1 + kUnevenPatchMm2 / std::max(shared_mm2, 1.0));

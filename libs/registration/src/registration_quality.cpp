@@ -9,13 +9,13 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kGelPatternRadPerMm =
-    0.12;  // change of the normal that may belong to the gel and stay with it
+// The gradient of the normals that a gel pattern may have: an error of the model that stays with the gel.
+constexpr double kGelPatternRadPerMm = 0.12;
 
 struct CurvatureAgreement {
   double shared_ratio = 0;         // SCR
   double cosine_similarity = 0;    // CCS
-  double texture_correlation = 0;  // of curvatures without their means: 0 where only noise is left
+  double texture_correlation = 0;  // correlation of the curvatures; about 0 where only noise is shared
   double rms_per_mm = 0;           // of the reference's curvature
 };
 
@@ -59,9 +59,9 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-/// A motion of the shared center is observable when looking has told it to within the given limits, whatever
-/// was known before. `information` is about the reference's axes, the answer about the target's: those are
-/// the sensor's as it lies now.
+/// Says which motions of the shared center are observable: those whose standard deviation from the two
+/// surfaces alone, with a prior of which nothing is known, is below the limits. `information` is in the
+/// reference's axes; the result is in the target's axes, which are the sensor's axes now.
 std::array<bool, 6> observability(const RegistrationResult& result, bool heights_known) {
   const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
   const Matrix6d from_center = origin_from_center(result.shared_center_mm);
@@ -77,12 +77,12 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
     observable[static_cast<std::size_t>(axis)] = known(axis, 3, kObservableSigmaMm);
     observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, kObservableSigmaMm / kMmPerRad);
   }
-  observable[2] = heights_known;  // read, not inferred from texture
+  observable[2] = heights_known;  // z is measured by heights, not inferred from texture
   return observable;
 }
 
-/// Returns the share of noise that agrees with noise by chance: one over the root of the number of patches
-/// that it is made of.
+/// Returns the correlation that noise has with other noise by chance: one over the root of twice the number
+/// of patches with independent noise.
 double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_mm2() / kNoisePatchMm2;
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));

@@ -8,13 +8,14 @@ namespace gelslam::registration::detail {
 using Vector5d = Eigen::Matrix<double, kParameters, 1>;
 using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
 
-/// Holds what the gradients of the normals say about the five motions, over the shared contact. A read
-/// gradient is the object's and noise; the object's is found again in the target, noise is not.
+/// Holds information matrices of the five motions, summed over the shared contact. The gradients of the
+/// normals that are read consist of the object's and of noise. The object's gradients are found again in the
+/// target; noise is not, so the product of both surfaces' gradients contains the object alone.
 struct TextureAgreement {
-  Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
-  /// Σ w JᵀJ' with J' from the target's gradients, made symmetric: the object alone.
+  Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: of the object and noise
+  /// Σ w JᵀJ', where J' has the target's gradients, made symmetric: of the object alone.
   Matrix5d common = Matrix5d::Zero();
-  Matrix5d pattern = Matrix5d::Zero();  ///< what moves with the gel (the model's unevenness) adds to both
+  Matrix5d pattern = Matrix5d::Zero();  ///< what a gel pattern (docs/glossary.md) may add to both
 };
 
 /// `target_T_reference` is the pose of the residuals.
@@ -22,17 +23,18 @@ TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  const Pose& target_T_reference, const Residuals& residuals,
                                  double gel_pattern_per_mm);
 
-/// Five motions that are independent of each other, and what both surfaces show of each. A motion's part
-/// along one of them is dual_basis.col(i) * motion.
+/// Five directions of motion whose information is independent, and the share of it that both surfaces show.
+/// The component of a motion along direction i is dual_basis.col(i) · motion.
 struct ObservableDirections {
   Matrix5d basis = Matrix5d::Identity(), dual_basis = Matrix5d::Identity();
-  /// The share of the gradient that was read along each direction that both surfaces show, 0..1. The rest is
+  /// For each direction, the share of the information in `read` that is also in `common`, 0..1. The rest is
   /// noise.
   Vector5d signal_fraction = Vector5d::Ones();
-  Vector5d pattern_fraction = Vector5d::Zero();  ///< of this, how much may move with the gel: 0..1
+  Vector5d pattern_fraction = Vector5d::Zero();  ///< the part of it that a gel pattern may cause, 0..1
 };
 
-/// `by_chance` is the share that noise alone would show.
+/// Solves the generalized eigenvalue problem (common, read + pattern). `by_chance`: the eigenvalue that noise
+/// alone would have; it is subtracted.
 ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance);
 
 /// The weighted normal equations of one warp.
@@ -44,15 +46,16 @@ NormalEquations linearize(const Samples& samples, const Viewpoint& view, const R
 
 int count_shared(const Residuals& residuals);
 
-/// Returns the matrix that takes right perturbations of a pose about a point to those about the origin; for
-/// -point, it takes them back.
+/// Returns the matrix that transforms right perturbations (rotation, translation) of a pose about a point
+/// into those about the origin. For the negated point, it is the inverse.
 inline Matrix6d origin_from_center(const Eigen::Vector3d& center_mm) {
   Matrix6d matrix = Matrix6d::Identity();
   matrix.bottomLeftCorner<3, 3>() = skew(center_mm);
   return matrix;
 }
 
-/// Neighboring normals share their noise over such an area: 5 x 5 pixels of a GelSight Mini.
+/// The noise of the normals is correlated over an area of this size, which is 5 x 5 pixels of a GelSight
+/// Mini.
 inline constexpr double kNoisePatchMm2 = 0.1005;
 
 /// Returns the variance of one normal, given the residual of the registration.
@@ -70,22 +73,23 @@ inline bool is_far_above_noise(double normal_rmse_rad, const NormalFlowOptions& 
 
 /// The difference between the heights of the target and those of the warped samples, over the shared contact.
 struct HeightGap {
-  double mean_mm = 0;  ///< what tz still lacks
-  double rmse_mm = 0;  ///< about the mean
+  double mean_mm = 0;  ///< the correction of tz
+  double rmse_mm = 0;  ///< root mean square about the mean
 };
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
                      const Residuals& residuals);
 
 /// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose.
-/// Returns what the two surfaces show.
+/// Returns the directions of motion that both surfaces show.
 ObservableDirections assess(const NormalFlowReference::Impl& reference, const Surface& target,
                             const Residuals& residuals, const PosePrior& prior,
                             const NormalFlowOptions& options, RegistrationResult& result);
 
 /// Returns the information of a registered pose, in the order and axes of RegistrationResult::information.
-/// The normals tell the observable directions, the heights z at the shared center, and both err with the
-/// motion between the two frames: a slope that is read too steep turns every roll by its share, and what
-/// belongs to the gel pulls towards no motion. (Own.)
+/// The normals have information about the observable directions, and the heights about z at the center of the
+/// shared contact. To the noise of both the variance of errors is added that grow with the motion between the
+/// two frames: slopes that are read too steep make a roll too large by the same share, and a gel pattern
+/// makes every motion too small. This covariance is not in the papers.
 Matrix6d pose_information(const ObservableDirections& directions, double shared_mm2, double slope_sigma_ratio,
                           double noise_variance, const PosePrior& prior, const RegistrationResult& result,
                           const NormalFlowOptions& options);

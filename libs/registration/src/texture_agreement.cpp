@@ -21,9 +21,9 @@ SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n
   return jacobian;
 }
 
-/// Returns what a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
-/// `moments`: weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz,
-/// tx, and by (-z, x, 1) along y with rx, rz, ty.
+/// Returns the information matrix that a gel pattern with a gradient of 1 rad/mm would have.
+/// `moments`: the weighted sum of the outer products of the samples (x, y, z, 1). A sample moves along x by
+/// (z, -y, 1) with (ry, rz, tx), and along y by (-z, x, 1) with (rx, rz, ty).
 Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
   Eigen::Matrix<double, kParameters, 4> along_x = Eigen::Matrix<double, kParameters, 4>::Zero(),
                                         along_y = along_x;
@@ -42,7 +42,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
-  constexpr std::size_t kEnoughSamples = 1000;  // So many tell noise from texture.
+  constexpr std::size_t kEnoughSamples = 1000;  // They suffice to distinguish texture from noise.
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {

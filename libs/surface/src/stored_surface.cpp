@@ -13,7 +13,8 @@ struct StoredSurface::Entry {
   SurfacePtr as_it_is;  ///< never packed, or not yet
   bool to_be_packed = false;
   std::optional<PackedSurface> packed;
-  /// 1.7 MB each at 320x240. Loop closure and refinement come back to the same few dozen keyframes.
+  /// The unpacked surface, 1.7 MB at 320x240. A few dozen of them stay in memory, because loop closure and
+  /// refinement use the same keyframes again and again.
   LruCached<Surface> unpacked;
 };
 

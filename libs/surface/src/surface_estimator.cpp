@@ -45,7 +45,8 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   return background;
 }
 
-/// Returns the mean square, per axis, of what a model reads of the bare gel beside its dome.
+/// Returns the mean square, per axis, of the slopes that a model reads of the bare gel, less those of its
+/// dome.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
   constexpr int kStepPx = 8;
   double squared = 0, count = 0;
@@ -58,10 +59,10 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
   return squared / count;
 }
 
-/// Returns Surface::slope_sigma_ratio. A model that is known better counts alike: there, the gel's errors
-/// decide. One of another sensor errs in contacts about as much as on the bare gel: networks of five sensors
-/// read 0.03 to 0.04 of their own gel at rest, and scales that are 2 to 6 % off; borrowed ones 0.21 to 0.36,
-/// and 11 to 30 %, which differ over the gel.
+/// Returns Surface::slope_sigma_ratio: at least 1, because the smoothing by the gel is the larger error of a
+/// better model. A model of another sensor errs in contacts about as much as on the bare gel. Networks of
+/// five sensors read slopes of 0.03 to 0.05 on their own bare gel, and their scale is 2 to 6 % off. Networks
+/// of other sensors read 0.21 to 0.36, and their scale is 11 to 30 % off, differently over the gel.
 double slope_sigma_ratio_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
                             const CameraModel& camera, double slope_noise_ratio) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
@@ -99,8 +100,9 @@ struct SurfaceEstimator::Impl {
         contact_detector(options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
-  // Fills colors (the frame's light) and changed_blocks (where the gradient is needed). Returns the picture
-  // to which colors apply: in even light, which it becomes where the light is uneven.
+  // Fills colors (the table that takes gray levels to the background's light) and changed_blocks (where the
+  // gradient is needed). Returns the picture to which colors apply: `bgr` itself, or a copy without the field
+  // of the light.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     if (options.compensate_light) light = light_tracker.update(blocks, touched_blocks);
@@ -125,7 +127,7 @@ struct SurfaceEstimator::Impl {
     return integrator.relief_mm(relief_px);
   }
 
-  // Flattens what is no picture of a gel.
+  // Also sets all maps to zero if the picture cannot be one of a gel.
   cv::Mat1b contact_of(cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
     cv::Mat1b contact, changed_px(size);
     if (!bare_gel_seen) spread_blocks(changed, changed_px);

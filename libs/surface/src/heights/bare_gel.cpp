@@ -17,19 +17,20 @@ namespace {
 
 constexpr int kCellPx = 2 * kBlockPx;
 constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
-constexpr float kBareSlopeRad = 0.01F;     // what unchanged gel may tilt; color changes show more
+constexpr float kBareSlopeRad = 0.01F;     // slope that a region of unchanged color may have
 constexpr double kBareHeightMm = 0.00951;
-constexpr double kSlopePatchMm = 0.5072;  // slopes err alike over it
-constexpr double kMinBareShare = 0.01;    // of the picture; less is no reference
-constexpr float kUsualSlopeRad = 0.25F;   // within a contact
-// Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
-// of the contact's depth, at least by 0.02 mm, if slopes err as those of a sensor's own model do; a borrowed
-// model, which errs three to four times as much, reads a third too flat. Pressed faces lie lower than that.
+constexpr double kSlopePatchMm = 0.5072;  // length over which errors of slopes are correlated
+constexpr double kMinBareShare = 0.01;    // of the picture: less bare gel is no reference of the height
+constexpr float kUsualSlopeRad = 0.25F;   // slope in a contact whose error is the usual one
+// If the slopes on one flank of a contact are read too flat, the bare gel beyond it is integrated too low.
+// With a sensor's own model the error is up to this share of the contact's depth, and at least 0.02 mm; with
+// a model of another sensor it is up to three to four times as large. Gel under a pressed face lies lower
+// than that.
 constexpr float kMaxFall = 0.11F;
 constexpr double kMinFallMm = 0.01902;
-// Gel that was bare in the frame before is likely so, and has to lie that much lower to be taken for pressed:
-// else a picture that stands still shows the one and the other in turns. A coin's field lies at half of the
-// depth of its rim, which is 1.25 falls.
+// Gel that was bare in the frame before is taken as pressed only if it lies lower by this factor. Otherwise
+// the result would alternate in a picture that stands still. The field of a coin lies at half of the depth of
+// its rim, which is 1.25 times the limit.
 constexpr float kStaysBare = 1.2F;
 
 constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
@@ -105,8 +106,8 @@ void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
       if (changed(row, column) != 0) bare_(row / kBlocks, column / kBlocks) = 0;
 }
 
-/// Removes unchanged pieces that are pressed; false where there are none. The gel hardly rises above its
-/// level, so that the highest cells tell the level of bare gel.
+/// Removes from bare_ the connected regions that are pressed. Returns false if there are none. The gel hardly
+/// rises above its rest height, so the highest cells have the height of bare gel.
 bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float highest = highest_of(heights);
   const float lowest = *std::min_element(heights.begin(), heights.end());
@@ -138,7 +139,8 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   return removed;
 }
 
-/// Means over the cells, over the noise. The last row and column of them may reach beyond the picture.
+/// Computes the mean of each cell, divided by slope_noise_ratio. The last row and column of cells may reach
+/// beyond the picture.
 void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells) {
   cv::copyMakeBorder(squares, fine_, 0, grid_.height * kCellSquares - squares.rows, 0,
                      grid_.width * kCellSquares - squares.cols, cv::BORDER_REPLICATE);
@@ -146,14 +148,14 @@ void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells)
   cells /= noise_;
 }
 
-/// The 1 % quantile of the highest.
+/// Returns the 99 % quantile of the heights.
 float BareGelLeveler::highest_of(const cv::Mat1f& heights) {
   scratch_.assign(heights.begin(), heights.end());
   return quantile_in_place(scratch_, 1 - kMinBareShare);
 }
 
-/// Heights of the cells, up to a constant, from slopes whose error is a share of them: the usual error
-/// belongs to a slope of kUsualSlopeRad.
+/// Integrates the heights of the cells, up to a constant, with errors of slopes that are proportional to
+/// them: a slope of kUsualSlopeRad has the usual error.
 cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
   LineHeights steps;
   shrink_to_cells(lines.along_rows, steps.along_rows);
@@ -171,13 +173,14 @@ cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
                                                                   (x * x + y * y) /
                                                                   (kUsualSlopeRad * kUsualSlopeRad);
     }
-  constexpr float kHardly = 1e-4F;  // makes the solution unique and hardly changes it
+  constexpr float kHardly = 1e-4F;  // a weight that makes the solution unique and hardly changes it
   return solve(steps, variance, kHardly, cv::Mat1f(grid_, 0.0F));
 }
 
-/// Heights whose differences are `steps` but for errors of that variance of the slopes, and of which bare
-/// ones are `bare_height` but for errors of that weight: the normal equations by banded Cholesky
-/// decomposition, cells numbered along the grid's shorter side.
+/// Solves for the heights of the cells by least squares: differences of neighbors are `steps` with the
+/// variance of their slopes, and bare cells are `bare_height` with the weight `bare_weight`. The normal
+/// equations are solved by banded Cholesky decomposition, with the cells numbered along the grid's shorter
+/// side.
 cv::Mat1f BareGelLeveler::solve(const LineHeights& steps, const cv::Mat1f& variance, float bare_weight,
                                 const cv::Mat1f& bare_height) {
   const bool by_rows = grid_.width <= grid_.height;

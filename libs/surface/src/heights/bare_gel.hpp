@@ -8,27 +8,31 @@
 
 namespace gelslam::surface::detail {
 
-/// Lays integrated heights upon the bare gel (own). Gel whose picture shows no change lies at height 0, so
-/// what integration yields there is the sum of the errors of slopes along the way. A smooth correction d
-/// takes it off:
-///   minimize  sum over neighboring cells (d_a - d_b)² / variance of the slope between them
-///           + sum over bare cells (h_a + d_a)² / variance of a bare height,
-/// so that errors are spread where slopes are least certain. Cells are 8 pixels wide, the equations are
-/// solved exactly. A flat face that touches has the color of bare gel, too, but lies below the highest gel by
-/// more than errors of slopes explain: such pieces of unchanged gel are not bare, and stay so or bare unless
-/// the heights say otherwise clearly (hysteresis). Errors grow with slopes, so
-/// heights are integrated again for this question, on cells, where slopes are small rather than steep: around
-/// a contact whose flanks contradict each other instead of across it.
+/// Makes integrated heights relative to the bare gel. This step is not in the papers. Gel whose color has not
+/// changed has the height 0, so its integrated height is the accumulated error of the slopes. A smooth
+/// correction d removes it. It minimizes
+///     sum over neighboring cells (d_a - d_b)² / variance of the slope between them
+///   + sum over bare cells (h_a + d_a)² / variance of the height of bare gel,
+/// so that the correction changes most where slopes are least certain. Cells are 8 pixels wide, and the
+/// equations are solved exactly by banded Cholesky decomposition.
+///
+/// The gel under a flat face has the color of bare gel, too. It lies below the highest gel by more than the
+/// errors of slopes explain, so a connected region of unchanged gel that lies so low is not bare. A region
+/// that was bare in the last frame has to lie lower than another one to lose this state (hysteresis). For
+/// this question heights are integrated once more, on cells, with slope variances that grow with the slope.
+/// The integration then follows flat gel around a contact instead of its flanks, whose errors are larger.
 class BareGelLeveler {
  public:
-  /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere;
-  /// `slope_noise_ratio`, `slope_sigma_ratio`: Surface's.
+  /// `confidence`: confidence_map(); empty: slopes have the same variance everywhere.
+  /// `slope_noise_ratio`, `slope_sigma_ratio`: those of Surface.
   explicit BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence = {},
                           double slope_noise_ratio = 1, double slope_sigma_ratio = 1);
 
   struct Result {
-    bool seen = false;  ///< enough bare gel; else the object covers the whole, and the highest cells lie at 0
-    float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
+    /// There is enough bare gel. Otherwise the object covers the picture, and the highest cells get the
+    /// height 0.
+    bool seen = false;
+    float scatter_px = 0.0F;  ///< standard deviation of the heights of bare gel, in pixels
   };
   /// `height_px` (as PoissonSolver::solve() returns it) in place; `changed`: a block mask (block_grid()), 0
   /// where the picture shows no change; `slopes`: what has solved for the heights.
@@ -47,10 +51,10 @@ class BareGelLeveler {
   cv::Size grid_;
   float noise_, slope_error_;
   float bare_height_px_, min_fall_px_, slope_patch_px_;
-  cv::Mat1f changed_variance_;  // of slopes in cells that changed
-  cv::Mat1f height_;            // of the cells, as given, over the noise
-  cv::Mat1b were_bare_;         // cells, in the frame before
-  cv::Mat1b bare_;              // cells
+  cv::Mat1f changed_variance_;  // variance of the slopes of each cell if its color has changed
+  cv::Mat1f height_;            // the uncorrected height of each cell, divided by slope_noise_ratio
+  cv::Mat1b were_bare_;         // the cells that were bare in the frame before
+  cv::Mat1b bare_;              // the cells that are bare
   cv::Mat1i labels_;
   cv::Mat1f fine_;
   std::vector<float> band_, right_side_, scratch_;

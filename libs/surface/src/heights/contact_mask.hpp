@@ -10,15 +10,16 @@ namespace gelslam::surface::detail {
 /// The box with a margin, within the image; an empty one stays empty.
 cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
 
-/// What the heights of one frame are worth.
+/// The uncertainty of the heights of one frame.
 struct HeightQuality {
   double slope_noise_ratio = 1;  ///< Surface::slope_noise_ratio
   double slope_sigma_ratio = 1;  ///< Surface::slope_sigma_ratio
-  float bare_scatter_mm = 0;     ///< of the heights of the bare gel
-  bool bare_gel_is_seen = true;  ///< else the object covers the picture, and the depth has no zero
+  float bare_scatter_mm = 0;     ///< standard deviation of the heights of bare gel
+  bool bare_gel_is_seen =
+      true;  ///< otherwise the object covers the picture, and the zero of heights is unknown
 };
 
-/// Finds the gel that the object presses down (own).
+/// Finds the gel that the object presses down. The model is not in the papers.
 ///
 /// The gel is modeled as a stretched membrane on an elastic foundation. In units of the foundation's
 /// stiffness its pressure on the object is
@@ -26,9 +27,10 @@ struct HeightQuality {
 /// with d the depth below the gel at rest, c the curvature (the Laplacian of the height) and L the length
 /// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
 /// d, and under a convex one it is larger. A pixel is in contact where d exceeds its error and p exceeds half
-/// of d by the error of p: a share of the deepest place, without which islands beside 135 presses of real
-/// balls are contact. Where no bare gel is seen, d is unknown: what has changed its color is contact. Small
-/// holes are filled, for what contact encloses is touched.
+/// of d by the error of p. The error of p is a share of the largest depth; without it, islands beside 135
+/// presses of real balls were taken as contact. Where no bare gel is seen, d is unknown, and the contact is
+/// where the color has changed. Small holes of the contact are filled, because the gel that a contact
+/// encloses is touched.
 class ContactDetector {
  public:
   explicit ContactDetector(double pixel_pitch_mm);

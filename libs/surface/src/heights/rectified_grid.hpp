@@ -8,8 +8,8 @@
 
 namespace gelslam::surface::detail {
 
-/// Takes maps of the raw image to the rectified grid, where the lens has no effect; without a lens they stay
-/// as they are. Beyond the picture its border continues.
+/// Resamples maps of the raw image on the rectified grid, where the lens has no effect. Without a lens the
+/// maps stay as they are. Pixels outside the raw image take the value of its border.
 class RectifiedGrid {
  public:
   explicit RectifiedGrid(const CameraModel& camera);
@@ -26,7 +26,7 @@ class RectifiedGrid {
   /// Sets zero what lies beyond the raw image.
   void remove_beyond(cv::Mat1b& rectified) const;
 
-  /// Says of every pixel of a map, row by row: between which four of the other it lies.
+  /// For every pixel of a map, row by row: the four pixels of the other map between which it lies.
   struct Places {
     std::vector<std::int32_t> first;  // of the upper left one, in a map without padding
     std::vector<float> right, below;  // how far from it, 0..1

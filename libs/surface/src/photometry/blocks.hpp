@@ -11,7 +11,7 @@ inline constexpr int kBlockPx = 4;
 /// be cut.
 cv::Size block_grid(cv::Size image);
 
-/// Returns a block mask that holds all.
+/// Returns a block mask in which all blocks are set.
 cv::Mat1b all_blocks(cv::Size image);
 
 /// Computes the mean color of each block, exact up to rounding of float.

@@ -5,20 +5,21 @@
 
 namespace gelslam::surface::detail {
 
-/// Says how the light differs from when the background was taken. In each channel untouched gel is seen as
-/// the sum of coefficient * background^b * field^f over kLightTerms: gain and offset of the whole picture,
-/// and stray light, a shadow or a lamp that flickers while a shutter rolls, of one color and anywhere.
+/// The difference of the light from that of the background. In each channel, the gray level of untouched gel
+/// is the sum of coefficient * background^b * field^f over kLightTerms. The first two terms are a gain and an
+/// offset of the whole picture. The other two scale a smooth field over the picture, which has one color:
+/// stray light, a shadow, or a lamp that flickers during a rolling shutter.
 struct Light {
   using Coefficients = std::array<double, 4>;
 
   std::array<Coefficients, 3> channels{{{1.0}, {1.0}, {1.0}}};
-  cv::Mat1f field;  ///< of blocks, smooth; empty: none
+  cv::Mat1f field;  ///< one value per block, smooth; empty: there is none
 
   bool is_even() const { return field.empty(); }  ///< only gain and offset differ
 };
 
-/// Powers of the background and of the field. The order is that of plausibility: what an earlier term
-/// explains is not explained by a later one.
+/// The powers of the background and of the field in one term. The terms are fitted in their order, the more
+/// plausible ones first, and a later term is fitted to what the earlier ones do not explain.
 struct LightTerm {
   std::size_t background, field;
 };
@@ -33,26 +34,27 @@ void to_background_light(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& re
 /// Does the same to the means of a picture's blocks, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
-/// Follows the light from frame to frame (own): a regression of block means outside the last contact on the
-/// background's, iteratively reweighted (Tukey) from the last light. Each term is shrunk by how little of the
-/// change it explains (positive-part James-Stein), to none where the blocks do not demand it. A slope takes
-/// from one color what it gives to another: where all colors change together, and smoothly over the gel, that
-/// is the field, continued across contacts. Keeps the last light where fewer than a tenth of the blocks
-/// agree.
+/// Estimates the light of every frame. This is not in the papers. The mean colors of the blocks outside the
+/// last contact are regressed on those of the background by iteratively reweighted least squares (Tukey's
+/// weights), beginning from the light of the last frame. Each term is shrunk by the positive-part James-Stein
+/// factor, so a term that explains no more than noise is zero. The field is found where all colors change
+/// together and smoothly over the gel, because a slope makes one color brighter and another darker; it is
+/// interpolated across contacts. If fewer than a tenth of the blocks agree with the result, the light of the
+/// last frame is kept.
 class LightTracker {
  public:
-  /// `uneven`: also look for a field.
+  /// `uneven`: the field is estimated, too.
   explicit LightTracker(const cv::Mat3f& background_blocks, bool uneven = false);
 
   /// `blocks`: block means of the frame; `touched`: 255 where the object touches (may be empty).
   const Light& update(const cv::Mat3f& blocks, const cv::Mat1b& touched);
-  /// Returns false where all colors of the last picture changed together and no light says how.
+  /// Returns false if all colors of the last picture changed together and no estimated light explains it.
   bool is_followed() const { return is_followed_; }
 
  private:
   struct Fit {
     Light light;
-    int agree = 0;  // blocks
+    int agree = 0;  // number of blocks that agree with it
   };
 
   int weigh(const Light& light, double limit, float alike = 0.0F);
@@ -70,8 +72,8 @@ class LightTracker {
   cv::Mat1f weights_, shades_;
   Light light_;
   bool is_followed_ = true;
-  /// Noise, too, makes few blocks agree: where a search found nothing better, this share of blocks agreed,
-  /// and none is made again until clearly fewer do.
+  /// The share of the blocks that agreed when a search from other starts found nothing better. Because noise
+  /// alone can make few blocks agree, the search is repeated only when clearly fewer of them do.
   double share_at_vain_search_ = 1.0;
 };
 

@@ -4,24 +4,25 @@
 
 namespace gelslam::surface::detail {
 
-/// A channel at this level or above is full: JPEG takes a little off white.
+/// A channel at this gray level or above is taken as saturated, because JPEG darkens white a little.
 inline constexpr int kFullLevel = 250;
 
-/// Widens spots to where lens and JPEG spread them.
+/// Dilates spots by the distance over which the lens and JPEG spread them.
 void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread);
 
-/// Replaces pixels that do not show the gel (own), in two steps.
-/// Wrong values, such as hot or dead pixels and lost bits: a lens blurs what the gel shows over several
-/// pixels, so a value far from the median of its 3x3 neighbors is replaced by that median.
-/// Highlights and opaque spots: pixels of which two channels are full, or of which all are brighter than the
-/// background by more than slopes explain, or less than half as bright, do not tell how steep the gel is.
-/// Their difference to the background, and that of the neighbors into which the lens spreads them, is filled
-/// in from around, so that a spot is neither a contact nor a texture. What the background shows itself is
-/// left alone. (On the real presses of three sensors no pixel is below 0.74 of its background.)
+/// Replaces pixels that do not show the gel, in two steps, which are not in the papers.
+/// First, wrong values, such as hot or dead pixels and lost bits. A lens blurs the picture over several
+/// pixels, so a value that is far from the median of its 3x3 neighbors is wrong, and is replaced by that
+/// median. Second, highlights and opaque spots. A pixel with two saturated channels, or with all channels
+/// brighter than the background by more than slopes explain, or less than half as bright, does not show the
+/// slope of the gel. Its difference to the background is interpolated from the pixels around, and so are its
+/// neighbors, into which the lens spreads the spot. A spot is therefore neither a contact nor a texture.
+/// Spots that the background has, too, are left unchanged. (On the real presses of three sensors no pixel is
+/// below 0.74 of its background.)
 ///
-/// Markers: on a gel with printed dots (find_marker_dots) the background is filled in under them, too. A
-/// picture's spots are then what is darker than the gel without dots, wherever its dots have moved, and the
-/// places of the dots in the background.
+/// On a gel with printed dots (find_marker_dots) the background is interpolated under them, too. The spots of
+/// a picture are then the pixels that are darker than the gel without dots, wherever its dots have moved to,
+/// and the places of the dots in the background.
 class PixelRepair {
  public:
   explicit PixelRepair(const cv::Mat3b& background);

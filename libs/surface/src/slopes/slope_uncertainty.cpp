@@ -11,8 +11,8 @@ namespace {
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
-// How much of a change of the true slope networks read, on balls of two sensors: all of it up to 25 degrees,
-// falling to 0.15 at 31, the steepest that they read (docs/benchmarks/slopes.png).
+// The share of a change of the true slope that networks read, measured on balls of two sensors: 1 up to 25
+// degrees, falling to 0.15 at 31 degrees, the steepest slope that they read (docs/benchmarks/slopes.png).
 constexpr double kFollowedDeg = 25, kFallDeg = 7, kMinFollowed = 0.15;
 
 constexpr int kFilledIn = 1;  // The sentinel of Surface::confidence.
@@ -46,7 +46,8 @@ double relative_sigma(const SlopeUncertainty& uncertainty) {
 }
 
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) {
-  // What is known better counts alike: there, other errors than the model's decide (the gel smooths).
+  // A smaller standard deviation counts as kBestSlopeSigmaRad, because the smoothing by the gel is then the
+  // larger error.
   const double least = std::max(1.0, relative_sigma(uncertainty)) * kBestSlopeSigmaRad;
   cv::Mat1f sigma;
   cv::resize(uncertainty.sigma_rad, sigma, picture, 0, 0, cv::INTER_LINEAR);

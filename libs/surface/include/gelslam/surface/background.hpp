@@ -56,7 +56,8 @@ struct MarkerDots {
 /// none, or the picture is smaller than 32 pixels.
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background);
 
-/// Makes pictures of a gel with markers as if it had none (own). Another gel's pictures stay as they are.
+/// Removes printed markers from pictures of a gel by interpolating the colors around them. Pictures of a gel
+/// without markers stay as they are. This step is not in the papers.
 class MarkerFiller {
  public:
   explicit MarkerFiller(const cv::Mat3b& background);
@@ -84,26 +85,29 @@ struct BackgroundCheck {
   }
 };
 
-/// Says whether pictures that should show the bare gel show contact (own): something moves between them, or
-/// the gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
-/// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias).
-/// Then judge_orientation() is reported first: wrong colors are read as an imprint. A flat object that does
-/// not move cannot be told from bare gel. Throws Error like mean_image, and when the model does not fit.
+/// Says whether pictures that should show the bare gel cannot serve as a background: something moves between
+/// them, or the gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
+/// background_image(), which has locally steep slopes or curvature, where the bare gel has at most a smooth
+/// bias. A problem that judge_orientation() finds is reported first, because wrong colors are read as an
+/// imprint. A flat object that does not move cannot be distinguished from bare gel. These tests are not in
+/// the papers. Throws Error like mean_image, and when the model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options, const std::string& device_name = "");
 
-/// Pictures begin to begin + count - 1 of some.
+/// The pictures from index begin to begin + count - 1.
 struct BareStretch {
   std::size_t begin = 0, count = 0;
-  double imprint_mm = 0;  ///< depth of one that is the gel's own; 0 where it shows none
+  double imprint_mm = 0;  ///< depth of an imprint that belongs to the gel itself; 0: there is none
 };
 
-/// For a log that does not begin with the bare gel because its camera first delivered dark or old buffers
-/// (own): of the stretches of frames in a row, three at least, that agree and show the bare gel as
-/// check_background() judges it, and no stronger an imprint than others, the first that shows a gel which
-/// most of the frames show where nothing touches; if that comes again, the longest. At most the first `most`
-/// frames of it. `log`: pictures from all of it; an imprint that all of them show while some show a touch,
-/// too, is the gel's (a worn spot, another unit's light). Throws Error when the model does not fit.
+/// Finds the bare gel in a log that does not begin with it, for example because its camera first delivered
+/// dark or old buffers. This search is not in the papers. Candidates are stretches of at least three
+/// consecutive frames that agree with each other, show the bare gel by check_background(), and have no
+/// stronger imprint than the other candidates. The result is the first of them whose gel most frames of the
+/// log show where nothing touches. If the log returns to this gel, the longest such stretch is taken. It has
+/// at most `most` frames. `log`: pictures from the whole log. An imprint that all of them show, while some
+/// also show a touch, belongs to the gel (a worn spot, or the light of another sensor). Throws Error when the
+/// model does not fit.
 std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frames, std::size_t most,
                                              const GradientModel& model, const SurfaceOptions& options,
                                              const std::vector<cv::Mat3b>& log = {});

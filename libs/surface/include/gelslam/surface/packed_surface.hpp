@@ -19,14 +19,13 @@ struct SurfaceFacts {
 };
 SurfaceFacts facts_of(const Surface& surface);
 
-/// A surface as maps keep it, in memory and in files: every pixel of the contact's bounding box,
-/// means over 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with
-/// a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of
-/// their noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is rounded to
-/// kCurvatureStep, so finely that few pixels become equal: samples are chosen by its rank, equal ones in
-/// order of rows. Packing what was unpacked gives the same bytes. Immutable, cheap to copy, shareable
-/// between threads.
-/// Layout: docs/file-formats.md.
+/// A surface as maps keep it in memory and in files. It has every pixel of the contact's bounding box, and
+/// means over 4x4 pixels outside it, where the gel is smooth. Values are quantized, then compressed without
+/// loss, with a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a
+/// hundredth of their noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is
+/// rounded to kCurvatureStep. This step is so small that few pixels become equal, because registration
+/// chooses its samples by the rank of their curvature. Packing what was unpacked gives the same bytes.
+/// Immutable, cheap to copy, shareable between threads. Layout: docs/file-formats.md.
 class PackedSurface {
  public:
   static constexpr float kNormalStep = 1.0F / 4096;

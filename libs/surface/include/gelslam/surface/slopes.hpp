@@ -39,7 +39,7 @@ class GradientSurfaces {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The standard deviation of slopes at the best place of the gel, of a model that states none.
+/// The standard deviation of slopes at the best place of the gel for a model that does not state one.
 inline constexpr double kBestSlopeSigmaRad = 0.05;
 
 /// Standard deviation (rad) of the slopes that a color model reads, by place on the gel.
@@ -47,15 +47,15 @@ struct SlopeUncertainty {
   cv::Mat1f sigma_rad;  ///< one value per cell of a grid over the picture; the grid may have any size
 };
 
-/// Returns what is assumed of a model that does not state its uncertainty (own). Balls are pressed at least
-/// their radius away from the border, so that the model extrapolates there: the standard deviation grows
-/// toward the border of the picture.
+/// Returns the uncertainty that is assumed for a model that does not state one (not in the papers). Because
+/// balls are pressed at least their radius away from the border, the model extrapolates near the border, and
+/// the standard deviation grows toward it.
 SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
 
-/// Returns the model's own statement, or else the default.
+/// Returns the uncertainty that the model states, or default_uncertainty().
 SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
-/// Returns the standard deviation at the best place of the gel over kBestSlopeSigmaRad, as in
+/// Returns the standard deviation at the best place of the gel divided by kBestSlopeSigmaRad, as in
 /// Surface::slope_sigma_ratio.
 double relative_sigma(const SlopeUncertainty& uncertainty);
 
@@ -63,11 +63,12 @@ double relative_sigma(const SlopeUncertainty& uncertainty);
 /// is the least sigma, at least kBestSlopeSigmaRad.
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
 
-/// Lowers Surface::confidence where networks read slopes too flat: the less what they read follows the true
-/// slope, the more its noise weighs.
+/// Lowers Surface::confidence on steep slopes. Networks read them too flat: a change of the true slope
+/// changes the read slope by less, so the read slope's noise is a larger error of the true slope.
 void lower_steep_confidence(const cv::Mat3f& normals, cv::Mat1b& confidence);
 
-/// Says whether the picture shows the object there: it is contact, and was not filled in from around.
+/// Says whether the normal of a pixel was measured: it is in the contact, and was not interpolated from
+/// others.
 bool is_read(const Surface& surface, cv::Point pixel);
 /// Returns a mask, 255 where is_read() is true.
 cv::Mat1b read_contact(const Surface& surface);

@@ -6,12 +6,12 @@
 
 namespace gelslam {
 
-/// A surface that is kept for long: packed, and unpacked for as long as somebody uses it or it was used a
-/// short while ago. Cheap to copy; copies are the same surface. Thread-safe.
+/// A surface that a map keeps. It is held packed. Its unpacked maps are made when they are asked for and stay
+/// in memory while they are used or were used recently. Copies are cheap and share the surface. Thread-safe.
 class StoredSurface {
  public:
   StoredSurface() = default;          ///< none
-  StoredSurface(SurfacePtr surface);  ///< as it is: not packed
+  StoredSurface(SurfacePtr surface);  ///< holds the surface without packing it
   explicit StoredSurface(PackedSurface packed);
   /// Makes a surface that is packed when it is first asked for: tracking does not wait for that. From then on
   /// it is the same as StoredSurface(PackedSurface(*surface)).
