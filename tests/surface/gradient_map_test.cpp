@@ -24,6 +24,12 @@ cv::Mat3b random_image(cv::Size size, std::uint64_t seed) {
   return image;
 }
 
+cv::Mat3b scaled(const cv::Mat3b& image, double factor) {
+  cv::Mat3b result;
+  image.convertTo(result, CV_8U, factor);
+  return result;
+}
+
 /// By the network's definition in double precision.
 cv::Vec2d slopes_at(const PthFile& file, const cv::Mat3b& picture, int u, int v) {
   const cv::Vec3b color = picture(v, u);
@@ -53,8 +59,9 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
 TEST(GradientMap, ReadsTheSameSlopesAtHalfTheExposure) {
   const cv::Size size(37, 29);
   GradientModel model = random_model(8);
-  const cv::Mat3b dark_background = random_image(size, 1) / 2, dark_image = random_image(size, 2) / 2,
-                  background = dark_background * 2, image = dark_image * 2;
+  const cv::Mat3b dark_background = scaled(random_image(size, 1), 0.49),
+                  dark_image = scaled(random_image(size, 2), 0.49), background = scaled(dark_background, 2),
+                  image = scaled(dark_image, 2);
   model.bare_gel_bgr = mean_color(background);
   cv::Mat1f gx, gy, dark_gx, dark_gy;
   GradientMap(model, background).compute(image, color_table(Light{}), all_blocks(size), gx, gy);
