@@ -106,6 +106,38 @@ def accuracy(study):
     return figures
 
 
+IN_TABLE = {"ate": "trajectory.ate_mm", "rotation": "trajectory.rotation_rmse_deg", "share": SHARE, "mesh": MESH + "mean_mm", "mesh_p95": MESH + "p95_mm",
+            "in_mesh": "mesh.in_mesh"}
+
+
+def simulated(study):
+    """By motion and object, over seeds."""
+    logs = by_log({path.stem: read(path) for path in sorted(study.glob("*.json"))})
+    logs[["object", "motion", "seed"]] = logs.index.str.split("_", expand=True).to_frame().to_numpy()
+    figures = {"logs": len(logs), "seeds": logs["seed"].nunique()}
+    for motion, mine in logs.groupby("motion"):
+        for object_, some in [*mine.groupby("object"), ("all", mine)]:
+            for name, column in IN_TABLE.items():
+                if column in some:
+                    figures.update(mean_and_range(f"{motion}_{object_}_{name}", some[column].dropna()))
+    return figures
+
+
+def table_of_simulated(figures):
+    """The table of the part "simulated": a cell is the mean over the seeds, and the least and the most."""
+    lines = ["| motion | object | ATE, mm | rotation, degrees | frames in the map | mesh: mean; 95 %, mm | touched surface in the mesh |", "|---|---|---|---|---|---|---|"]
+
+    def cell(prefix, name, digits):
+        mean, least, most = (figures.get(prefix + name + end) for end in ("", "_least", "_most"))
+        return "–" if mean is None else f"{mean:.{digits}f} ({least:.{digits}f} to {most:.{digits}f})"
+    for key in (k for k in figures if k.endswith("_ate")):
+        prefix = key.removesuffix("ate")
+        motion, object_ = prefix[:-1].split("_")
+        mesh = cell(prefix, "mesh", 3) + "; " + cell(prefix, "mesh_p95", 3)
+        lines.append(f"| {motion} | {object_} | {cell(prefix, 'ate', 3)} | {cell(prefix, 'rotation', 2)} | {cell(prefix, 'share', 2)} | {mesh} | {cell(prefix, 'in_mesh', 2)} |")
+    return "\n".join(lines)
+
+
 def demo(study):
     return mean_and_range("mesh", [read(path)["mesh"]["known_pose"]["accuracy"]["mean_mm"] for path in study.glob("*.json")])
 
@@ -225,7 +257,7 @@ def public(study):
     return figures
 
 
-PARTS = {"accuracy": accuracy, "demo": demo, "stability": stability, "mechanisms": mechanisms, "calibration": calibration, "real": real, "live": live,
+PARTS = {"simulated": simulated, "accuracy": accuracy, "demo": demo, "stability": stability, "mechanisms": mechanisms, "calibration": calibration, "real": real, "live": live,
          "real_live": real, "followed": followed, "long": long, "growth": growth, "speed": speed, "public": public}
 
 
@@ -290,10 +322,10 @@ def commits(results):
 
 def filled(template, results):
     """The page that a template gives. Throws KeyError for a figure that the results do not have."""
-    known = {"commits": commits(results), "left_out": left_out()}
+    known = {"commits": commits(results), "left_out": left_out(), "simulated": table_of_simulated(results["simulated"]["figures"])}
     for part, result in results.items():
         known.update({f"{part}.{name}": value for name, value in result["figures"].items()})
-        known[part + ".machine"] = result.get("machine")
+        known.update({f"{part}.{name}": result.get(name) for name in ("machine", "checksum")})
 
     def text(match):
         if match[1]:
@@ -310,6 +342,8 @@ def measure(out, results):
         figures = {k: float(f"{v:.5g}") for k, v in PARTS[part](out / part).items()}
         results[part] = {"commit": (out / part / "commit").read_text().strip(), "machine": (out / part / "machine").read_text().strip(),
                          "figures": figures}
+        if (out / part / "checksum").exists():
+            results[part]["checksum"] = (out / part / "checksum").read_text().strip()
     FILE.write_text(json.dumps(results, indent=1) + "\n")
     plot_ablation.draw(pd.read_csv(CHARTS / "left_out.csv").assign(model="network"), CHARTS / "ablation.png")
     for draw_chart, parts in JOINT:

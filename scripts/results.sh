@@ -6,10 +6,11 @@
 #
 # DATA: rendered sequences with truth, and presses of real sensors. REAL: a folder of logs of real sensors:
 # NAME/{left,right}.avi, NAME/background_{left,right}.png, NAME/pair.json (ppmm, start, end). Neither can be downloaded.
-# The parts "demo", "followed", "long" and "growth" need none of it (DATA: any folder), for they simulate what they measure.
+# The parts "simulated", "demo", "followed", "long" and "growth" need none of it (DATA: any folder), for they simulate what
+# they measure.
 # NO_BUILD=1 takes what is built. PUBLIC=DIR also runs the public system (scripts/public_system.sh).
 #
-#   --only    of: models accuracy demo stability mechanisms calibration real live real_live followed long growth speed public
+#   --only    of: models simulated accuracy demo stability mechanisms calibration real live real_live followed long growth speed public
 #             (accuracy and calibration need models; from live on an idle machine is needed)
 #
 # Tables stay in build/results. Needs jq and python3-opencv, too.
@@ -57,6 +58,19 @@ accuracy() {
   check accuracy/optics_own --extra="--model $out/models/optics.json" "${optics[@]}"
   sed '/^device_config:/a\  optics: {lens_k1: 0, camera_distance_mm: 0, gel_dome_per_mm: [0, 0]}' "${optics[0]}/config.yaml" >"$out/accuracy/flat.yaml"
   check accuracy/optics_flat --extra="--config $out/accuracy/flat.yaml --model $data/optics/calibration/model/nnmodel.pth" "${optics[@]}"
+}
+
+simulated() {  # every object and two motions, with three seeds of shape and hand
+  for log in {pebble,peanut,coin,plank,golf,knurl,screw,sphere}/{wobble,allover}/{1,2,3}; do echo "$log"; done |
+    xargs -P 2 -I{} bash -ec '
+      IFS=/ read -r object motion seed <<<"{}"
+      name=${object}_${motion}_$seed log=$1/log_$object$motion$seed run=$1/run_$object$motion$seed
+      "$0" simulate scan --object "$object" --motion "$motion" --seed "$seed" -o "$log" -q
+      (cd "$log"; sha256sum gelsight.avi true_start_T_currs.npy gt_mesh.ply touched.npy) >"$1/$name.sums"
+      "$0" reconstruct "$log" -o "$run" -q 2>>"$1/log.txt" || (($? == 1))
+      "$0" evaluate "$run" --truth "$log" --json >"$1/$name.json"
+      rm -r "$log" "$run"' "$gelslam" "$out/simulated"
+  (cd "$out/simulated"; cat ./*.sums | sha256sum | cut -c 1-16) >"$out/simulated/checksum"
 }
 
 demo() {  # scripts/demo.sh, with ten seeds of the hand
@@ -152,7 +166,7 @@ public() {
   done
 }
 
-for part in models accuracy demo stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long growth speed ${PUBLIC:+public}; do
+for part in models simulated accuracy demo stability mechanisms calibration ${real:+real} live ${real:+real_live} followed long growth speed ${PUBLIC:+public}; do
   [[ -z $only || ,$only, == *,$part,* ]] || continue
   say "$part, $(date +%H:%M:%S)"
   rm -rf "${out:?}/$part"
