@@ -47,7 +47,7 @@ def draw_silent(plot, rows, mechanisms):
     plot.hlines(lines, counts["silent_with"], counts["silent_without"], color="silver", linewidth=1.5, zorder=1)
     plot.plot(counts["silent_with"], lines, "o", color=PALETTE[0], markersize=5)
     plot.plot(counts["silent_without"], lines, "x", color=PALETTE[1], markersize=6, markeredgewidth=1.6)
-    plot.set(xlim=(-0.06 * most, 1.06 * most), xlabel="undetected errors (live)")
+    plot.set(xlim=(-0.06 * most, 1.06 * most), xlabel="undetected errors")
     plot.xaxis.get_major_locator().set_params(integer=True)
 
 

@@ -65,7 +65,9 @@ simulated() {  # every object and two motions, with three seeds of shape and han
     xargs -P 2 -I{} bash -ec '
       IFS=/ read -r object motion seed <<<"{}"
       name=${object}_${motion}_$seed log=$1/log_$object$motion$seed run=$1/run_$object$motion$seed
-      "$0" simulate scan --object "$object" --motion "$motion" --seed "$seed" -o "$log" -q
+      options=()
+      [[ $motion != allover ]] || options=(--size 0.5 --frames 500)  # all over a larger one, the hand is too fast
+      "$0" simulate scan --object "$object" --motion "$motion" --seed "$seed" "${options[@]}" -o "$log" -q
       (cd "$log"; sha256sum gelsight.avi true_start_T_currs.npy gt_mesh.ply touched.npy) >"$1/$name.sums"
       "$0" reconstruct "$log" -o "$run" -q 2>>"$1/log.txt" || (($? == 1))
       "$0" evaluate "$run" --truth "$log" --json >"$1/$name.json"
