@@ -48,9 +48,12 @@ TEST(ModelFile, ComesBackExactly) {
   const TemporaryFolder folder;
   const ModelFile written = some_file();
   write_model_file(folder / "model.json", written);
-  const ModelFile read = read_model_file(folder / "model.json");
+  ModelFile read = read_model_file(folder / "model.json");
+  ASSERT_TRUE(read.record && read.model.bare_gel_bgr);
+  const std::array<float, 3> color = mean_color(written.record->background_cells);
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR((*read.model.bare_gel_bgr)[c], color[c], 0.006);
+  read.model.bare_gel_bgr.reset();  // it is part of the record, not of the written model
   EXPECT_EQ(read.model, written.model);
-  ASSERT_TRUE(read.record);
   EXPECT_EQ(read.record->seed, written.record->seed);
   EXPECT_EQ(read.record->presses, 48);
   EXPECT_EQ(read.record->diameters_mm, written.record->diameters_mm);
@@ -81,7 +84,7 @@ TEST(ModelFile, ReadsBothKindsByContentNotByName) {
   write_pth_model(folder / "a.json", written.model);
   write_model_file(folder / "b.pth", written);
   EXPECT_EQ(read_model(folder / "a.json"), written.model);
-  EXPECT_EQ(read_model(folder / "b.pth"), written.model);
+  EXPECT_EQ(read_model(folder / "b.pth").numbers, written.model.numbers);
   EXPECT_FALSE(read_model_file(folder / "a.json").record);
 }
 
