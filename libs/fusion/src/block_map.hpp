@@ -42,7 +42,8 @@ class BlockMap {
 
   /// Runs all passes over every block on `threads` threads (0: all cores) and returns one mesh with shared
   /// vertices. The result does not depend on the number of threads. `progress` receives the task "fusing".
-  /// `keyframe` receives, for each vertex, the keyframe with the largest weight there.
+  /// `keyframe` receives, for each vertex, the keyframe with the largest weight there. The map is empty
+  /// afterwards.
   Mesh mesh_all(int threads, ProgressSink* progress, std::vector<int>& keyframe);
 
   /// Removes a block in which no patch is left.

@@ -23,10 +23,12 @@ struct HttpReply {
 
 using HttpHandler = std::function<HttpReply(const HttpQuery&)>;
 
-/// HTTP server (cpp-httplib) for up to 64 clients, each on its own thread; a further client replaces the one
-/// that has been idle for the longest time. A client is dropped if it sends no request within 5 s or more
-/// than 16 kB, if it accepts nothing for 5 s, and if it does not accept an answer within 30 s or a chunk
-/// within 5 s. Requests without the token, with a body, or from pages of other sites are refused.
+/// HTTP server (cpp-httplib) for up to 64 clients, and no more than a quarter of the file descriptors, each
+/// on its own thread. A further client replaces the one that has waited longest without a request, and is
+/// refused if all are being answered. A client is dropped if its request is not complete within 5 s or has
+/// more than 16 kB, if it does not ask again within 1 s, if it accepts nothing for 5 s, and if it does not
+/// accept an answer within 30 s or a chunk within 5 s. Requests without the token, with a body, or from pages
+/// of other sites are refused.
 class HttpServer {
  public:
   /// Waits for answers in progress, for 3 s at most.
@@ -34,7 +36,7 @@ class HttpServer {
 
   int port = 0;
   std::string token;
-  std::atomic<std::int64_t> dropped{0};  ///< Clients that were dropped or refused.
+  std::atomic<std::int64_t> dropped{0};  ///< Refused requests, and clients that were too many or too slow.
 };
 
 /// Starts a server. `handlers` are indexed by "GET /path". Port 0 means any free one; an empty token means a

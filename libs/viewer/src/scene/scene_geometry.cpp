@@ -162,7 +162,7 @@ void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera) {
   const Matrix3d spread = area.spread / area.total_mm2 - center * center.transpose();
   Vector3d lying = symmetric_eigen(spread).vectors.col(2);
   lying -= lying.dot(outward) * outward;
-  if (lying.x() < 0) lying = -lying;  // Keeps the image's x axis pointing to the right.
+  if (lying.x() < 0) lying = -lying;  // The x axis of the map points to the right.
   const Vector3f back = outward.cast<float>();
   camera.look_along(-back, back.cross(lying.cast<float>()));
   const Viewport half_turn_high{0, 0, 1, 1};

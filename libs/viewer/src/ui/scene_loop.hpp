@@ -23,7 +23,7 @@ class SceneLoop : public WindowLoop {
   /// Returns the parts of the view that are side by side, with the same camera.
   virtual std::vector<Viewport> parts(const Viewport& viewport) const { return {viewport}; }
 
-  /// Glides to show everything, or to a place that was clicked. Returns true while it moves.
+  /// Glides to show everything, or to a point that was double-clicked. Returns true while it moves.
   bool move_camera(double dt_s);
   void show_all() { glide_ = Glide::all; }
   /// OrbitCamera::follow(); returns true while it moves.
@@ -33,7 +33,8 @@ class SceneLoop : public WindowLoop {
   Box box_of(const Viewport& part) const;
   /// Returns the position of a point on the screen; nothing if it is behind the camera.
   std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
-  /// Tints the touched surface that is not in the mesh if the style says so. It is computed when it is first
+  /// Tints the touched surface that is not in the mesh if the style says so. `mesh` returns the
+  /// reconstruction. It is called, and the surface that it lacks is computed, when that surface is first
   /// shown.
   void show_not_in_mesh(Scene& scene, const MapSnapshot& map, const std::function<Mesh()>& mesh);
   void draw_marks(Ui& ui, const std::optional<ColorLegend>& legend) const;

@@ -7,8 +7,9 @@ namespace gelslam {
 enum class EdgeKind { odometry, loop };
 
 /// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
-/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular. Along a direction that
-/// was not observable, only the prior of overlapping frames remains (kOverlapSigmaRad, kOverlapSigmaMm).
+/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular, because it
+/// is 0 along a direction that was not observable. The pose graph adds the weak prior that the two frames
+/// overlap (kOverlapSigmaRad, kOverlapSigmaMm in pose_graph.hpp).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;

@@ -28,9 +28,9 @@ struct MeshMetrics {
   DistanceSummary accuracy;  ///< Distances from the reconstruction to the true surface (distances_from()).
   DistanceSummary completeness;     ///< Distances from the truth's points to the reconstructed surface.
   std::vector<ShareWithin> within;  ///< For 0.05, 0.1 and 0.25 mm.
-  /// Median angle between the normals of the reconstruction and those of the true surface nearby; and the
-  /// same with the reconstruction shifted along its surface by 1 mm. If the true surface belongs to another
-  /// object, the first angle is not smaller than the second.
+  /// Median angle between the normals of the reconstruction and those of the true surface at the nearest
+  /// point. For normals_aside_deg, each point of the reconstruction is first moved by 1 mm within its tangent
+  /// plane. If the true surface belongs to another object, the first angle is not smaller than the second.
   double normals_deg = 0, normals_aside_deg = 0;
 };
 
