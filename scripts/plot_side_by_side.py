@@ -29,11 +29,15 @@ def seconds(study, run):
     return pd.Series({**stages, "whole": run.processor_s})
 
 
+def timed(study):
+    """A row for each run: its log, system and repetition, and seconds by stage."""
+    runs = pd.read_csv(study / "runs.csv")
+    return runs.join(runs.apply(lambda run: seconds(study, run), axis="columns"))
+
+
 def medians(study):
     """Seconds by log and stage, a column for each system."""
-    runs = pd.read_csv(study / "runs.csv")
-    table = runs.join(runs.apply(lambda run: seconds(study, run), axis="columns"))
-    return table.groupby(["log", "system"], sort=False)[[*STAGES["public"], "whole"]].median().stack().unstack("system")
+    return timed(study).groupby(["log", "system"], sort=False)[[*STAGES["public"], "whole"]].median().stack().unstack("system")
 
 
 if __name__ == "__main__":

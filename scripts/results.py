@@ -15,14 +15,15 @@ import shutil
 import statistics
 import subprocess
 import sys
+from collections import defaultdict
 
 import numpy as np
 import pandas as pd
-from scipy.stats import chi2
+from scipy.stats import binomtest, chi2
 
 import plot_ablation
 from check_sequences import in_mean, references, within_100_um
-from plot_side_by_side import medians
+from plot_side_by_side import timed
 from plotting import COLORS, NAMES, OURS, PUBLIC, color, logarithmic, plt, save
 from speed_followed import shares
 
@@ -52,6 +53,17 @@ def spread(name, values):
 
 def mean_and_range(name, values):
     return {name: statistics.fmean(values), name + "_least": min(values), name + "_most": max(values)}
+
+
+def median_and_range(name, values):
+    """Of repeated runs."""
+    return {**mean_and_range(name, values), name: statistics.median(values)}
+
+
+def share(name, value, cases):
+    """A share of cases, and the ends of its 95 % interval (Wilson)."""
+    ends = binomtest(round(value * cases), round(cases)).proportion_ci(method="wilson")
+    return {name: value, name + "_least": ends.low, name + "_most": ends.high, name + "_cases": cases}
 
 
 def headline(name, logs):
@@ -98,10 +110,10 @@ def accuracy(study):
             judged = [n for n in some.index if n.startswith(starts) and in_mean(n, reference[n])]
             figures.update(spread(f"ratio_{name}_{label}", some.loc[judged, ERROR] / public.loc[judged, "error_mm"]))
         silent = some["silent"]
-        figures.update({"silent_" + label: silent.sum(), f"silent_{label}_cable": silent["ablate_cable"], f"silent_{label}_ball": silent["hard_polishedball"],
+        figures.update({"silent_" + label: silent.sum(), f"silent_{label}_logs": (silent > 0).sum(), "logs_" + label: len(some), f"silent_{label}_cable": silent["ablate_cable"], f"silent_{label}_ball": silent["hard_polishedball"],
                         "tracked_" + label: some["frames.tracked"].sum()})
     shown = network[network.index.str.startswith(("track_", "hard_"))]["error_over_sigma"].explode().astype(float)
-    figures.update({"sigma_median": shown.median(), "sigma_most": statistics.quantiles(shown, n=20)[-1]})
+    figures.update({"sigma_median": shown.median(), "sigma_most": statistics.quantiles(shown, n=20)[-1], "sigma_frames": shown.count()})
     draw("accuracy", study / "network.json")
     return figures
 
@@ -153,9 +165,10 @@ def stability(study):
     figures = {}
     for method, mine in pd.read_json(study / "stability.json").groupby("method", sort=False):
         name = method.replace("-", "_")
-        ordinary = mine[(mine["chart"] == "overlap") & np.isclose(mine["level"], 0.8)]["right"].iloc[0]
+        ordinary = mine[(mine["chart"] == "overlap") & np.isclose(mine["level"], 0.8)].iloc[0]
         right, wrong = np.average(mine[["right", "silent_failures"]], axis=0, weights=mine["cases"])
-        figures.update({name + "_ordinary": ordinary, name + "_cases": mine["cases"].sum(), name + "_right": right, name + "_wrong": wrong})
+        cases = mine["cases"].sum()
+        figures.update({**share(name + "_ordinary", ordinary["right"], ordinary["cases"]), **share(name + "_wrong", wrong, cases), name + "_right": right})
         held = mine[mine["right"] >= 0.5].groupby("chart")["level"].max()
         figures.update({f"{name}_{chart.replace(' ', '_')}": held[chart] for chart in ("start x", "missing frames", "noise") if chart in held})
     draw("stability", study)
@@ -165,8 +178,10 @@ def stability(study):
 def mechanisms(study):
     """Of the optics; what the other mechanisms are worth was measured with programs that can leave them out (left_out)."""
     rows = pd.read_json(study / "ablation_ratios.json")
-    figures = {name: statistics.geometric_mean(mine["error"].dropna()) for name, mine in rows.groupby("without")}
-    return {**figures, "optics_logs": rows["sequence"].nunique()}
+    figures = {"optics_logs": rows["sequence"].nunique()}
+    for name, mine in rows.groupby("without"):
+        figures.update(spread(name, mine["error"].dropna()))
+    return figures
 
 
 def left_out():
@@ -185,14 +200,20 @@ def left_out():
     return "\n".join(lines)
 
 
+JUDGED = re.compile(r"slope error ([\d.]+) degrees on (\d+) presses.*x (-?[\d.]+), y (-?[\d.]+)")
+
+
 def calibration(study):
     figures = {}
     for path in study.glob("*.txt"):
-        words = re.search(r"slope error ([\d.]+) .*x ([\d.]+), y ([\d.]+)", path.read_text())
-        figures.update(zip((path.stem, path.stem + "_x", path.stem + "_y"), map(float, words.groups())))
+        words, name = JUDGED.search(path.read_text()), path.stem
+        each = [float(error) for error, *_ in JUDGED.findall(path.with_suffix(".each").read_text())]
+        figures.update({**mean_and_range(name, each), **dict(zip((name, name + "_presses", name + "_x", name + "_y"), map(float, words.groups())))})
     for presses, models in read(study / "slopes.json").items():
         for model, rings in models.items():
-            figures.update({f"slope_{presses}_{model}_{ring}": read_deg for ring, read_deg in rings.items()})
+            for ring, read_deg in rings.items():
+                name = f"slope_{presses}_{model}_{ring}"
+                figures.update({name: read_deg["median"], name + "_least": read_deg["low"], name + "_most": read_deg["high"]})
     shutil.copy(study / "slopes.png", CHARTS)
     return figures
 
@@ -200,13 +221,25 @@ def calibration(study):
 def real(study):
     logs = by_log({path.stem: read(path) for path in sorted(study.glob("*.json"))})
     total = logs.sum()
-    return {**total, "logs": len(logs), "share": total["kept"] / total["touched"]}
+    return {**total, "logs": len(logs), "moved_logs": (logs["moved"] > 0).sum(), **mean_and_range("share", logs["kept"] / logs["touched"]),
+            "share": total["kept"] / total["touched"]}
 
 
 def followed(study):
     shutil.copy(study / "speed_followed.png", CHARTS)
     steps = pd.read_csv(study / "speed_followed.csv")
-    return {f"{s['schedule']}_{s['unit'].replace('/', '_')}_{s['low']:g}": s["share"] for s in shares(steps)}
+    found = [(None, shares(steps)), *((object_, shares(mine)) for object_, mine in steps.groupby("object"))]
+    figures, of_objects = {}, defaultdict(list)
+    for object_, rows in found:
+        for s in rows:
+            name = f"{s['schedule']}_{s['unit'].replace('/', '_')}_{s['low']:g}"
+            if object_ is None:
+                figures.update({name: s["share"], name + "_steps": s["steps"]})
+            else:
+                of_objects[name].append(s["share"])
+    for name, values in of_objects.items():
+        figures.update({name + "_least": min(values), name + "_most": max(values), name + "_objects": len(values)})
+    return figures
 
 
 def long(study):
@@ -227,27 +260,30 @@ def speed(study):
     figures = {"pairs": default["problems"], "default_ms": default["median_ms"], "default_mm": default["error_mm"]}
     for row in rows[rows["knob"].isin(("default", "tuned"))].itertuples():
         name = row.method + ("" if row.knob == "default" else "_tuned")
-        figures.update({name + "_time": row.median_ms / default["median_ms"], name + "_error": row.relative})
+        figures.update({name + "_time": row.median_ms / default["median_ms"], name + "_ms": row.median_ms, name + "_pairs": row.problems,
+                        name + "_error": row.relative, name + "_error_least": row.relative_low, name + "_error_most": row.relative_high})
     golf = [read(study / f"track_golf-{i}/report.json")["stages"] for i in (1, 2, 3)]
-    for stage in ("surface", "tracking"):
-        figures[stage + "_ms"] = statistics.median(stages[stage]["median_ms"] for stages in golf)
-    figures["frame_ms"] = figures["surface_ms"] + figures["tracking_ms"]
-    soak = pd.read_csv(study / "soak.txt").iloc[-1]
-    figures.update({"soak_" + k: soak[k] for k in ("latency_ms", "dropped", "frames")})
+    medians = {stage: np.array([stages[stage]["median_ms"] for stages in golf]) for stage in ("surface", "tracking")}
+    for name, values in {**medians, "frame": sum(medians.values())}.items():
+        figures.update(median_and_range(name + "_ms", values))
+    soak = pd.read_csv(study / "soak.txt")
+    figures.update(median_and_range("soak_latency_ms", soak["latency_ms"]))
+    figures.update({"soak_" + k: soak[k].iloc[-1] for k in ("dropped", "frames")})
     draw("speed_accuracy", study)
     return figures
 
 
 def public(study):
     figures = {}
-    table = medians(study)
-    for log in table.index.get_level_values("log").unique():
-        seconds = table.loc[log]
+    for log, runs in timed(study).groupby("log"):
         tracked = read(next(study.glob(f"gelslam-*/{log}/report.json")))["frames"]["tracked"]
-        for system in ("public", "gelslam"):
-            figures[f"{log}_{system}_s"] = seconds.loc["whole", system]
-            figures[f"{log}_{system}_frame_ms"] = 1e3 * seconds.loc[["surface", "tracking"], system].sum() / tracked
-        figures[log + "_ratio"] = figures[log + "_public_s"] / figures[log + "_gelslam_s"]
+        for name, values in (("s", runs["whole"]), ("frame_ms", 1e3 * runs[["surface", "tracking"]].sum(axis="columns") / tracked)):
+            systems = {system: values[runs["system"] == system].to_numpy() for system in ("public", "gelslam")}
+            for system, mine in systems.items():
+                figures.update(median_and_range(f"{log}_{system}_{name}", mine))
+            ratio = f"{log}_ratio" if name == "s" else f"{log}_frame_ratio"
+            figures.update(mean_and_range(ratio, systems["public"] / systems["gelslam"]))
+            figures[ratio] = figures[f"{log}_public_{name}"] / figures[f"{log}_gelslam_{name}"]
     logs = by_log({path.stem: read(path) for path in sorted((study / "errors").glob("*.json"))})
     figures.update(headline("optics", logs.loc[eight_objects(logs.index)]))
     figures.update(headline("track", logs.filter(like="track_", axis="index")))

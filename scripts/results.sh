@@ -94,12 +94,23 @@ mechanisms() {
   "$lab" ablation "${optics[@]}" --only lens,perspective,dome --threads 2 -o "$out/mechanisms" >/dev/null
 }
 
+checked() {  # name, model, presses: of all of them, and of each alone
+  local one=$out/calibration/one_press row
+  "$gelslam" calibrate check "$2" "$3" -q >"$out/calibration/$1.txt" || (($? == 1))
+  mkdir "$one"
+  find "$3/" -mindepth 1 -maxdepth 1 ! -name catalog.csv -exec ln -s -t "$one" {} +
+  for ((row = 2; row <= $(wc -l <"$3/catalog.csv"); ++row)); do
+    sed -n "1p;${row}p" "$3/catalog.csv" >"$one/catalog.csv"
+    "$gelslam" calibrate check "$2" "$one" -q 2>/dev/null || (($? <= 2))  # 2: the press cannot be used
+  done >"$out/calibration/$1.each"
+  rm -r "$one"
+}
 calibration() {
   for presses in calibration calibration_b markers; do
-    "$gelslam" calibrate check "$data/real/nnmini.pt" "$data/$presses" -q >"$out/calibration/maker_$presses.txt" || (($? == 1))
+    checked "maker_$presses" "$data/real/nnmini.pt" "$data/$presses"
   done
-  "$gelslam" calibrate check "$out/models/real.json" "$out/models/check" -q >"$out/calibration/own.txt" || (($? == 1))
-  "$gelslam" calibrate check "$data/calibration/model/nnmodel.pth" "$out/models/check" -q >"$out/calibration/owner.txt" || (($? == 1))
+  checked own "$out/models/real.json" "$out/models/check"
+  checked owner "$data/calibration/model/nnmodel.pth" "$out/models/check"
   PYTHONPATH=build/python scripts/slopes_read.py "$data" "$out/calibration" >/dev/null
 }
 

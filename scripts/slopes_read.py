@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""How steep flanks are read: over rings of equal true slope of labeled ball presses, the median of what models read.
+"""How steep flanks are read: over rings of equal true slope of labeled ball presses, the median of what models read, and
+what 10 and 90 % of the pixels do not exceed.
 
 Writes OUT/slopes.json and a chart, OUT/slopes.png, for the presses of two sensors in DATA, with their owner's network and
 with the maker's.
@@ -23,6 +24,7 @@ PITCH_MM = 0.0634
 RING, STEEPEST = 5, 40  # degrees
 INSIDE = 0.9  # of the circle that was labeled
 LEAST_PIXELS = 5000
+QUANTILES = {"low": 0.1, "median": 0.5, "high": 0.9}
 
 
 def rings_of(folder, model):
@@ -39,7 +41,8 @@ def rings_of(folder, model):
         inside = distance < INSIDE * label["radius"]
         pixels.append(pd.DataFrame({"ring": RING * (true[inside] / RING).round().astype(int), "slope": slope[inside]}))
     rings = pd.concat(pixels).groupby("ring")["slope"]
-    return rings.median()[rings.size() >= LEAST_PIXELS].loc[RING:STEEPEST].to_dict()
+    table = rings.quantile(list(QUANTILES.values())).unstack().set_axis(list(QUANTILES), axis="columns")
+    return table[rings.size() >= LEAST_PIXELS].loc[RING:STEEPEST]
 
 
 def draw(slopes, path):
@@ -47,7 +50,8 @@ def draw(slopes, path):
     for plot, (presses, models) in zip(plots, slopes.items()):
         plot.plot([0, 45], [0, 45], color="gray", linewidth=1)
         for (model, read), color in zip(models.items(), (OURS, PUBLIC)):
-            plot.plot(list(read), list(read.values()), "o-", color=color, markersize=4, label="the %s's network" % model)
+            plot.fill_between(read.index, read["low"], read["high"], color=color, alpha=0.15)
+            plot.plot(read.index, read["median"], "o-", color=color, markersize=4, label="the %s's network" % model)
         plot.set(title="%s mm ball" % BALLS[presses], xlabel="true slope (degrees)", xlim=(0, 45), ylim=(0, 45))
     plots[0].set_ylabel("slope read (degrees)")
     plots[0].legend()
@@ -62,5 +66,6 @@ if __name__ == "__main__":
     data, out = map(pathlib.Path, sys.argv[1:])
     slopes = {presses: {"owner": rings_of(data / presses, data / presses / "model/nnmodel.pth"),
                         "maker": rings_of(data / presses, data / "real/nnmini.pt")} for presses in BALLS}
-    (out / "slopes.json").write_text(json.dumps(slopes, indent=1) + "\n")
+    tables = {presses: {model: read.to_dict("index") for model, read in models.items()} for presses, models in slopes.items()}
+    (out / "slopes.json").write_text(json.dumps(tables, indent=1) + "\n")
     draw(slopes, out / "slopes.png")
