@@ -67,7 +67,8 @@ TEST_F(G2o, EdgesAloneAreTheOnesOfTheGraph) {
   EXPECT_EQ(edges, decltype(edges)(whole.end() - 2, whole.end()));
 }
 
-// The same noise must cost the same in both conventions, g2o's being (t in m, vector part of the quaternion).
+// The same error must have the same cost in both conventions. That of g2o is (translation in m, vector part
+// of the quaternion).
 TEST_F(G2o, AnErrorCostsTheSameInItsConvention) {
   Matrix6d root;
   for (int i = 0; i < 36; ++i) root(i / 6, i % 6) = std::sin(3.7 * i + 1);

@@ -6,7 +6,7 @@
 namespace gelslam {
 namespace {
 
-/// Estimated with the poses.
+/// A solution with the gradient scale that was estimated together with the poses.
 struct ScaleSolution {
   PoseGraphSolution solution;
   ReadOverTrue scale;
@@ -24,15 +24,16 @@ ScaleSolution solve(const Graph& graph, double sigma = 0.1) {
 TEST(PoseGraphGradientScale, IsRecoveredFromOneLoopAtAFullTurn) {
   const Graph graph = roll_of_400_degrees({1.05, 1.05}, true);
   const auto [solution, scale] = solve(graph);
-  // The roll is about one axis and tells one scale; the prior (1 +- 0.1) pulls by half a sigma against a turn
-  // measured to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other scale is told by nothing but its half of
-  // tz's.
+  // The object rolls about one axis, which determines the scale along one axis. The prior 1 +- 0.1 has little
+  // effect, because the turn of 6.3 rad is measured to 0.02 rad: its weight relative to the measurement is
+  // (0.003 / 0.1)^2. The scale along the other axis is determined only by its effect on tz.
   const double told = std::max(scale.x, scale.y);
   EXPECT_NEAR(told, 1.05, 0.001);
   const WorstError error = worst_error(solution.component_T_node, graph.truth);
   EXPECT_LT(error.deg, 0.3);
   EXPECT_LT(error.mm, 0.1);
-  EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 15.0);  // what it had to undo: 5 % of 400 degrees
+  // Without the loop, the error is 5 % of 400 degrees.
+  EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 15.0);
 }
 
 TEST(PoseGraphGradientScale, IsNotEstimatedWhereLoopsContradictEachOtherForAnotherReason) {
@@ -59,7 +60,8 @@ TEST(PoseGraphGradientScale, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsN
   for (int i = 0; i < 3; ++i) graph.join(i, 27 + i, EdgeKind::loop);
   for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_scale(edge.from_T_to, {1.06, 0.98});
   const auto [solution, scale] = solve(graph, 1.0);
-  // The edges are linear in the factors: what is left is of second order, and free to move by the prior.
+  // The model of the edges is linear in the scale. The remaining error is of second order, or due to the
+  // prior.
   EXPECT_NEAR(scale.x, 1.06, 5e-4);
   EXPECT_NEAR(scale.y, 0.98, 5e-4);
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 0.1);
@@ -67,7 +69,8 @@ TEST(PoseGraphGradientScale, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsN
 }
 
 TEST(PoseGraphGradientScale, NoisyLoopsOverKnownGroundDoNotFlattenSlopes) {
-  constexpr int kPlaces = 12, kPasses = 12;  // to and fro: its loops turn by little and tell nothing
+  // The motion goes to and fro, so that loops turn by little and hardly show the scale.
+  constexpr int kPlaces = 12, kPasses = 12;
   constexpr double kSigmaRad = 0.02, kSigmaMm = 0.05;
   Noise noise(7);
   Graph graph;
@@ -83,7 +86,7 @@ TEST(PoseGraphGradientScale, NoisyLoopsOverKnownGroundDoNotFlattenSlopes) {
   }
   constexpr double kPriorSigma = 0.1;
   EXPECT_EQ(solve(graph, kPriorSigma).solution.shared_unknowns.size(), 0);
-  // What made them flatter: derivatives at the measured motions, with the noise that the residuals have.
+  // Derivatives at the measured motions have the same noise as the residuals, which biases the scale.
   const Eigen::VectorXd at_measured =
       solve_pose_graph(graph.chained(), graph.edges, {}, gradient_scale_unknowns(graph.edges, kPriorSigma))
           .shared_unknowns;
@@ -104,7 +107,8 @@ TEST(PoseGraphGradientScale, AKnownScaleCorrectsTheEdges) {
 
 TEST(PoseGraphGradientScale, FramesAreLaidOnEachOtherWhereTheyTouch) {
   const ReadOverTrue scale{1.1, 1.1};
-  const Eigen::Vector3d read_center(0.7, -0.4, -0.6);  // touched 0.6 mm below the sensor's origin, as read
+  // The read center of the contact is 0.6 mm below the sensor's origin.
+  const Eigen::Vector3d read_center(0.7, -0.4, -0.6);
   Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
   for (PoseGraphEdge& edge : graph.edges) {
     const Pose motion = edge.from_T_to;
@@ -120,7 +124,7 @@ TEST(PoseGraphGradientScale, FramesAreLaidOnEachOtherWhereTheyTouch) {
   EXPECT_LT(worst().deg, 0.01);
   EXPECT_LT(worst().mm, 0.02);
   for (PoseGraphEdge& edge : graph.edges) edge.shared_center_mm.setZero();
-  EXPECT_GT(worst().mm, 0.1);  // taken at the origin instead, the object comes out too large
+  EXPECT_GT(worst().mm, 0.1);  // with the origin as center, the object becomes too large
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Planted false loops: those that contradict odometry, those that agree with each other, and many at once.
+// Tests that false loops are rejected: loops that contradict odometry, false loops that agree with each
+// other, and many false loops at once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,8 +40,8 @@ TEST(LoopConsistency, TrueLoopsAreKept) {
   EXPECT_EQ(accepted(flags(graph)), 30);
 }
 
-// Slopes read 8 % too steep make 360 degrees come out 29 degrees too long: far beyond any noise, and no
-// contradiction.
+// If slopes are read 8 % too steep, a turn of 360 degrees is measured 29 degrees too long. This is far beyond
+// the noise, but must not count as a contradiction, because the gradient scale is unknown.
 TEST(LoopConsistency, AGradientScaleIsNoContradiction) {
   const Graph graph = roll_of_400_degrees({1.08, 1.08}, true);
   const std::vector<bool> keep = flags(graph);
@@ -56,7 +57,8 @@ TEST(LoopConsistency, WhatOdometryContradictsIsLeftOut) {
   EXPECT_EQ(flags(graph), (std::vector<bool>{false, true, false}));
 }
 
-// A hundred of them, all by the same shift, beside ten true ones: number is no argument against odometry.
+// A hundred false loops are wrong by the same shift, and ten are true. Odometry decides, and not the larger
+// number.
 TEST(LoopConsistency, ManyThatAgreeByAShiftDoNotOutvoteOdometry) {
   Graph graph = trials(1, 110, 1, 3);
   for (int i = 0; i < 100; ++i) graph.join_noisily(i, i + 8, EdgeKind::loop, away(0, 0, 0, 0, 1.5, 0));
@@ -66,8 +68,8 @@ TEST(LoopConsistency, ManyThatAgreeByAShiftDoNotOutvoteOdometry) {
   EXPECT_EQ(accepted({keep.begin() + 100, keep.end()}), 10);
 }
 
-// A chain of thirty edges known to 0.2 mm along x does not contradict 4 mm. The loops next to a false one
-// do, in the solution.
+// A chain of thirty odometry edges, each with a standard deviation of 0.2 mm along x, does not contradict an
+// error of 4 mm. The true loops beside the false one contradict it in the solution of the graph.
 TEST(LoopConsistency, WhereOdometryIsWeakLoopsContradictEachOtherInTheSolution) {
   Graph graph = trials(1, 60, 1, 4);
   for (PoseGraphEdge& edge : graph.edges) edge.information(3, 3) = 1 / (0.2 * 0.2);
@@ -93,8 +95,9 @@ TEST(LoopConsistency, TheLargestAgreeingSetJoinsTwoTrials) {
   EXPECT_EQ(flags(graph), (std::vector<bool>{false, false, true, true, true}));
 }
 
-// Forty loops join two trials, every other one of them falsely and each to a place of its own. Which of them
-// are compared does not depend on their order: here, even ones could be all true or all false.
+// Forty loops join two trials, half of them falsely, each to another place. Only some of the loops are
+// compared with each other. Which ones must not depend on the order of the loops, because in some orders
+// every second loop is true.
 TEST(LoopConsistency, OfManyLoopsTheSameAreComparedInAnyOrder) {
   Graph graph = trials(2, 40, 4, 5);
   const std::size_t odometry = graph.edges.size();
@@ -115,7 +118,7 @@ TEST(LoopConsistency, OfManyLoopsTheSameAreComparedInAnyOrder) {
     };
   };
   const std::set<int> in_order = kept();
-  // True and false ones in turn, and the other way round: of every second one, all are true, or none is.
+  // True and false loops alternate, so that every second loop is true, or every second loop is false.
   for (const bool true_first : {true, false}) {
     std::sort(graph.edges.begin() + static_cast<std::ptrdiff_t>(odometry), graph.edges.end(),
               by_truth(true_first));

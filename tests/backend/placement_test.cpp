@@ -1,4 +1,4 @@
-// Where a solve starts: pieces of odometry that know nothing of each other, put together by loops.
+// Tests the initial poses of a solve: chains of odometry that are not connected are placed by loops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,8 @@ TEST(Placement, AFalseLoopThatComesFirstDoesNotDecide) {
   EXPECT_FALSE(solution.edge_outlier.back());
 }
 
-// What was solved before and still agrees is the start of the next solve: nothing is moved, few iterations.
+// If the last solution still agrees with the edges, it is the initial value of the next solve, which then
+// moves nothing and takes few iterations.
 TEST(Placement, AWarmStartIsKept) {
   Graph graph = trials(3, 15, 5);
   for (int i = 0; i < 30; i += 2) graph.join_noisily(i, i + 15, EdgeKind::loop);
@@ -40,7 +41,8 @@ TEST(Placement, AWarmStartIsKept) {
   EXPECT_LE(warm.iterations, 3);
 }
 
-// The first loop to a piece is an outlier: the piece stays where the others hold it.
+// The first loop to a chain of odometry is an outlier. The chain must stay at the place that the other loops
+// determine.
 TEST(Placement, AWarmStartIsKeptWhenTheFirstLoopDoesNotFit) {
   Graph graph = trials(2, 15, 5);
   graph.join(2, 17, EdgeKind::loop, away(0, 0, 0, 0.5, 0, 0));

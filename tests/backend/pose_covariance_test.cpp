@@ -12,7 +12,7 @@
 namespace gelslam {
 namespace {
 
-/// a_T_b to b_T_a.
+/// Returns the inverse of a relative pose, b_T_a for a_T_b, with its covariance.
 UncertainMotion inverse(const UncertainMotion& motion) {
   // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
   const Matrix6d to_start = adjoint(motion.from_T_to.pose);
@@ -29,7 +29,7 @@ std::map<int, Matrix6d> covariances(const Graph& graph, int gauge, double scale_
 
 double relative_gap(const Matrix6d& a, const Matrix6d& b) { return (a - b).norm() / b.norm(); }
 
-// Without loops the graph knows what its edges say one after the other, in either direction.
+// Without loops, the covariance of a pose is that of the composed edges, in either direction.
 TEST(PoseCovariance, OfAChainIsThatOfItsComposedEdges) {
   const Graph graph = trials(1, 12, 5);
   for (const double scale_sigma : {0.0, 0.1}) {
@@ -46,7 +46,7 @@ TEST(PoseCovariance, OfAChainIsThatOfItsComposedEdges) {
   }
 }
 
-// The inverse of the information as it is, without what makes it fast.
+// Compares the covariances with the inverse of the dense information matrix.
 TEST(PoseCovariance, OfALoopIsThatOfTheDenseInverse) {
   Graph graph = trials(1, 6, 5);
   graph.join(0, 5, EdgeKind::loop);
@@ -102,8 +102,9 @@ TEST(PoseCovariance, OfAPartThatOnlyOutliersJoinSaysThatNothingWasMeasured) {
   EXPECT_GT(known.at(5).from_T_to.worst_sigma_mm(), 20.0);
 }
 
-// Poses and scale together, by the inverse of all of it. What follows a node composes with it by its noise
-// for a known scale and by how it follows the scale.
+// Compares with the inverse of the dense information matrix of all poses and the scale. A motion relative to
+// a node is composed with the covariance of the node for a known scale, and with the derivative of the node
+// by the scale.
 TEST(PoseCovariance, FollowsTheScaleAsTheDenseInverseSays) {
   Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
   graph.join(3, 93, EdgeKind::loop);
@@ -131,7 +132,7 @@ TEST(PoseCovariance, FollowsTheScaleAsTheDenseInverseSays) {
   }
 }
 
-// A tree with branches and edges in both directions, where the one path between two nodes is all there is.
+// In a tree with branches and edges in both directions, there is only one path between two nodes.
 TEST(MotionsBetween, OfATreeIsWhatTheSolvedGraphKnows) {
   Graph tree;
   for (int id = 0; id < 30; ++id) tree.truth[id] = rolled(id, 7);

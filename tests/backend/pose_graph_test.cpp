@@ -9,7 +9,7 @@
 namespace gelslam {
 namespace {
 
-/// What every edge is known to beside its measurement.
+/// The information that the pose graph adds to every edge, because two frames that overlap are close.
 const Matrix6d kOverlapPrior = backend::detail::with_overlap_prior(Matrix6d::Zero());
 
 TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnComponents) {
@@ -73,13 +73,13 @@ TEST(PoseGraph, UsesTheWholeInformationMatrix) {
   EXPECT_NEAR(solution.edge_residual[1], std::sqrt((expected - tb).dot(of_b * (expected - tb))), 1e-6);
 }
 
-// A ring of n equal edges: the variance of the node half way round is that of two chains of n/2 edges in
-// parallel, n/4 edges. 200 rings give its root mean square within 1/sqrt(2*200*3) = 3 %; 12 % is four of
-// those.
+// In a ring of n equal edges, the node half way round is determined by two parallel chains of n/2 edges, so
+// its variance is that of n/4 edges. From 200 rings its root mean square is estimated to 1/sqrt(2*200*3) = 3
+// %; the tolerance of 12 % is four times that.
 TEST(PoseGraph, ErrorsHaveTheCovarianceThatTheInformationPromises) {
   constexpr int kNodes = 8, kRings = 200;
   PoseGraphOptions options;
-  options.loop_loss_scale = 1e6;  // a quadratic kernel: the closed form holds only for that
+  options.loop_loss_scale = 1e6;  // practically a quadratic kernel, for which the closed form holds
   double sum = 0;
   for (int k = 0; k < kRings; ++k) {
     Graph graph;
@@ -130,7 +130,8 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
   EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 1);
 }
 
-// Ten standard deviations off, and fifty: the map is that of the other loops.
+// A loop is wrong by ten or fifty standard deviations. The map must be the same as with the other loops
+// alone.
 TEST(PoseGraph, ALoopThatIsLeftOutHasNoWeight) {
   for (const double sigmas : {10.0, 50.0}) {
     Graph graph = trials(1, 60, 6);
@@ -143,10 +144,10 @@ TEST(PoseGraph, ALoopThatIsLeftOutHasNoWeight) {
   }
 }
 
-// A plane slid along x: no edge knows x. The estimate must keep what tracking said there, and be solved
-// elsewhere.
+// A plane slides along x, and no edge has information about x. There the poses must stay at their initial
+// values from tracking, and along the other axes they must be solved.
 TEST(PoseGraph, InformationMayBeSingular) {
-  constexpr double kStiffRad = 1e-5;  // so that the chain does not bend sideways under its own lever
+  constexpr double kStiffRad = 1e-5;  // so small that rotations do not move the end of the chain sideways
   Graph graph;
   for (int i = 0; i < 20; ++i) {
     graph.truth[i] = Pose::Identity();
@@ -203,7 +204,8 @@ TEST(PoseGraph, RefusesWhatIsNotAGraph) {
   EXPECT_THROW(solve_pose_graph(nodes, {}, options), Error);
 }
 
-/// Beside poses, numbers that all edges share: gradient_scale_test.cpp says how they are found.
+/// Tests wrong arguments for the unknowns that all edges share. gradient_scale_test.cpp tests their
+/// estimation.
 TEST(PoseGraph, RefusesSharedUnknownsThatDoNotFit) {
   const Graph graph = trials(1, 5, 4);
   const auto refuses = [&](auto spoil) {

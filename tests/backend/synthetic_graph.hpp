@@ -9,7 +9,8 @@ namespace gelslam {
 
 constexpr double kDegree = M_PI / 180.0;
 
-/// Independent of the code under test: noise as a sum of uniforms, the same bytes everywhere.
+/// Noise that is independent of the code under test: a sum of uniform numbers, which is the same on all
+/// machines.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : random_(seed) {}
@@ -36,8 +37,9 @@ inline Matrix6d information_of(double sigma_rad, double sigma_mm) {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
-/// A cylinder-like object of radius 10 mm rolled about y by `step_deg` per keyframe, with a little twist and
-/// climb so that no direction stays untouched: truth for tests.
+/// Returns the true poses of a sensor on an object like a cylinder with the radius 10 mm, which rolls about y
+/// by `step_deg` per keyframe. A little twist and climb are added, so that there is motion along all
+/// directions.
 inline Pose rolled(int keyframe, double step_deg) {
   Pose pose = Pose::Identity();
   const double angle = keyframe * step_deg * kDegree;
@@ -59,11 +61,12 @@ struct Graph {
                      information_of(sigma_rad, sigma_mm), kind});
   }
 
-  /// As far off as it promises, and by `off` besides.
+  /// Joins two nodes by an edge with random noise as large as its information says, and with the additional
+  /// error `off`.
   void join_noisily(int from, int to, EdgeKind kind, const Vector6d& off = Vector6d::Zero()) {
     join(from, to, kind, off + noise.tangent(kSigmaRad, kSigmaMm));
   }
-  /// Poses as the tracker knows them: odometry chained from the first node.
+  /// Returns the poses that the tracker would have: the composed odometry from the first node on.
   std::map<int, Pose> chained() const {
     std::map<int, Pose> poses;
     if (!truth.empty()) poses.insert(*truth.begin());
@@ -76,7 +79,8 @@ struct Graph {
   }
 };
 
-/// Trials of `each` keyframes over one object, one after the other, with noise where a seed is given.
+/// Returns a graph of `count` successive trials with `each` keyframes on one object, with noise if a seed is
+/// given.
 inline Graph trials(int count, int each, double step_deg, std::uint64_t seed = 0) {
   Graph graph;
   graph.noise = Noise(seed);
@@ -92,7 +96,7 @@ inline Vector6d away(double rx, double ry, double rz, double x, double y, double
   return (Vector6d() << rx, ry, rz, x, y, z).finished();
 }
 
-/// Largest error over all nodes: degrees and millimeters.
+/// The largest errors over all nodes, in degrees and millimeters.
 struct WorstError {
   double deg = 0, mm = 0;
 };
@@ -107,16 +111,16 @@ inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<i
   return worst;
 }
 
-/// Read slope over true slope.
+/// The read slopes divided by the true slopes.
 struct ReadOverTrue {
   double x = 1.0, y = 1.0;
   double y_in_x = 0.0, x_in_y = 0.0;  // of the true slope along y (x), in the one read along x (y)
   double mean() const { return 0.5 * (x + y); }
 };
 
-// What a sensor with scales measures of a motion, written independently of the library: the tilt's axis and
-// angle after a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and
-// those along y that about x.
+// Returns the motion that a sensor with a gradient scale measures instead of the true one. It is written
+// independently of the library: axis and angle of the tilt after a twist about z follow from the image of the
+// z axis. Slopes along x show the tilt about y, and those along y the tilt about x.
 inline Pose with_scale(const Pose& motion, const ReadOverTrue& scale) {
   const Eigen::Vector3d z = motion.linear().col(2);
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);

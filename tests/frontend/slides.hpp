@@ -6,8 +6,8 @@
 
 namespace gelslam::test {
 
-// Single registrations are right to 0.03 degrees and 0.01 mm on such surfaces (tests/registration); a chain
-// of them adds up.
+// The error of a single registration on such surfaces is at most 0.03 degrees and 0.01 mm
+// (tests/registration). In a chain of registrations the errors add up.
 inline constexpr double kStepDeg = 0.03, kStepMm = 0.01;
 
 inline const Field& texture() {
@@ -20,7 +20,7 @@ inline const Field& other_texture() {
   return field;
 }
 
-/// Where the sensor is in frame `i` of a slide of 0.4 mm and a twist of 0.7 degrees per frame.
+/// Returns the pose of the sensor in frame `i` of a motion by 0.4 mm and 0.7 degrees of twist per frame.
 inline Pose on_the_way(int i) {
   return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i);
 }

@@ -1,4 +1,5 @@
-// What the tracker does about motions that no frame before announced: large ones, and those over patterns.
+// Tests the tracker with motions that cannot be predicted from the frames before: large ones, and motions
+// over repeating patterns.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,8 @@ TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
   }
 }
 
-/// 30 mm/s: frames are three quarters of a period apart, but the motion tells which period is which.
+/// The speed is 30 mm/s. Successive frames are three quarters of a period apart, but the predicted motion
+/// determines the right period.
 TEST(Tracker, APatternThatMovesFastButSteadilyIsFollowed) {
   Tracker tracker(TrackerOptions{});
   double x_mm = 0;
@@ -55,7 +57,8 @@ TEST(Tracker, APatternThatMovesFastButSteadilyIsFollowed) {
   }
 }
 
-/// At constant velocity it would be more than a millimeter further, and an edge shows no place along itself.
+/// With constant velocity the sensor would be more than a millimeter farther along the edge, which does not
+/// show how far the sensor moved along it.
 TEST(Tracker, AnEdgeThatIsShakenIsFoundAgainWhereItRests) {
   Tracker tracker(TrackerOptions{});
   const std::array<double, 7> y_mm = {0, 0.05, -0.05, 0.6, -0.05, 0.6, 0.6};

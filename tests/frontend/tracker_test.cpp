@@ -22,10 +22,10 @@ TEST(Tracker, ATrialGoesOnWithAQuarterOfTheContactThatBeginsOne) {
     part->contact_pixels = cv::countNonZero(part->contact);
     return SurfacePtr(part);
   };
-  int rows = 1;  // that show at least 0.3 of the contact
+  int rows = 1;  // the number of rows that contain at least 0.3 of the contact
   while (with_rows(rows)->contact_pixels < 0.3 * whole->contact_pixels) ++rows;
   const SurfacePtr small = with_rows(rows);
-  int fewer = rows;  // that show less than 0.25 of it
+  int fewer = rows;  // the number of rows that contain less than 0.25 of it
   while (with_rows(fewer)->contact_pixels >= 0.25 * whole->contact_pixels) --fewer;
 
   TrackerOptions options;
@@ -128,8 +128,9 @@ TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
   FAIL() << "10 mm of slide over a contact of 7.6 mm never needed a second keyframe";
 }
 
-/// A jump to another place that nothing connects. `before` frames are tracked first: with one, the previous
-/// frame is the keyframe itself and there is nothing to retry with; with more, the retry fails too.
+/// Tests a jump to another place whose surface has nothing in common. `before` frames are tracked first. With
+/// one, the last tracked frame is the keyframe itself, so no second registration is possible; with more, it
+/// fails, too.
 void expect_loss_after(int before) {
   TrackerOptions options;
   options.patience_s = 0;
@@ -172,7 +173,7 @@ TEST(Tracker, ATrialOutlastsTornPictures) {
   Tracker tracker(TrackerOptions{});
   const auto seen = [](int i) { return touch(texture(), on_the_way(i), everywhere()); };
   for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, seen(i));
-  // Three in a row, which agree with each other only.
+  // Three successive frames agree with each other, but not with the frames before.
   for (int i = 4; i < 7; ++i)
     expect_lost_without_a_trial(tracker.track(i, 0.04 * i, slide(0, other_texture())));
   for (int i = 7; i < 12; ++i) {
@@ -213,10 +214,11 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   EXPECT_FALSE(again.new_keyframes.back().edge);
   const TrackedFrame next = tracker.track(6, 0.24, slide(4));
   EXPECT_EQ(next.trial, 1);
-  expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // from the new trial's first frame
+  expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // relative to the first frame of the new trial
 }
 
-/// NormalFlow that answers with the start it was given.
+/// Returns a registration method that always returns the pose of the prior. It counts the prepared
+/// references.
 Registrar standing_still(int& prepared) {
   return [&prepared](SurfacePtr surface) {
     ++prepared;

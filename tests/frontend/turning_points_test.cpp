@@ -10,12 +10,12 @@ namespace {
 
 using namespace test;
 
-/// A contact of 3.8 by 3.2 mm, `x_mm` further along.
+/// Returns the pose of the sensor for a contact of 3.8 by 3.2 mm that is shifted by `x_mm` along x.
 Pose place(double x_mm) { return motion(0, 0, 0, x_mm, 0, 0.4); }
 
 SurfacePtr at(double x_mm) { return touch(texture(), place(x_mm), small_view()); }
 
-/// Frames of a trial in which one thing is touched after the other.
+/// The frames of a trial, and the keyframes and patches that the tracker made of them.
 struct Tracked {
   explicit Tracked(const TrackerOptions& options) : tracker(options) {}
 
@@ -74,7 +74,7 @@ TEST(TurningPoints, AMotionThatGoesOnLeavesNone) {
   log.go(0, 8);
   log.lift();
   EXPECT_GT(log.keyframes.size(), 3U);
-  // The last touches before lifting are beyond the last keyframe: those alone may be left.
+  // The last touches before the sensor is lifted lie beyond the last keyframe. Only they may become patches.
   for (const auto& point : log.turning_points)
     EXPECT_GT(log.x_mm_of[static_cast<std::size_t>(point.keyframe->frame)], 7.0);
 }
@@ -111,8 +111,8 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
   EXPECT_TRUE(log.lift().new_keyframes.empty());
 }
 
-// An edge that is the same all along: sliding across it is followed, but where along it lies is not known.
-// What it shows is the same wherever it lies, and belongs into the mesh.
+// An edge shows sliding across it, but not along it. The pose of such a frame is only known in part, but its
+// surface is the same wherever it lies along the edge, so it belongs to the mesh.
 TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsKept) {
   const auto slid = [](double y_mm) {
     return touch(extruded_edge(), motion(0, 0, 0, 0, y_mm, 1.5), small_view());
@@ -126,7 +126,7 @@ TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsKept) {
   EXPECT_EQ(log.turning_points.size(), 1U);
 }
 
-/// How far the nearest keyframe was from a place.
+/// Returns the distance along x between a place and the nearest keyframe or patch.
 double missed_mm(const Tracked& log, double x_mm) {
   double least = 1e9;
   for (const auto& keyframe : log.keyframes)
@@ -147,7 +147,8 @@ TEST(TurningPoints, AllThatWasTouchedIsInSomeKeyframe) {
     first = std::min(first, at_mm);
     last = std::max(last, at_mm);
   }
-  // One cell of the coarse grid is 0.5 mm: what less than it has shown alone is not looked for.
+  // A cell of the coarse grid of contact points is 0.5 mm wide, so unseen surface that is narrower may be
+  // missed.
   EXPECT_LT(missed_mm(log, first), 0.55);
   EXPECT_LT(missed_mm(log, last), 0.55);
 }

@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-/// A pose that came from elsewhere, verified as a place.
+/// Verifies a given relative pose as if it was a loop candidate.
 std::optional<PoseGraphEdge> verify_guess(const Keyframe& older, const Keyframe& newer,
                                           const Pose& older_T_newer) {
   return verify_loop(older, newer, older_T_newer, {}, {});
@@ -21,7 +21,8 @@ PoseGap error_of(const PoseGraphEdge& loop, const Pose& map_T_from, const Pose& 
   return gap(loop.from_T_to, map_T_from.inverse() * map_T_to);
 }
 
-// Trials of one keyframe each: nothing but the place joins them.
+// Adds a trial with one keyframe at each place, so that only loops can join them. Returns the loops that are
+// found.
 std::vector<PoseGraphEdge> visit(LoopCloser& closer, const Field& texture, const std::vector<Pose>& places) {
   std::vector<PoseGraphEdge> all;
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -39,7 +40,7 @@ TEST(LoopCloser, FindsAPlaceAgainAcrossTrialsWithTheRightPose) {
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[0].to, 3);
-  // without noise registration is good to a fraction of a pixel over the contact
+  // Without noise, the error of a registration is a fraction of a pixel over the contact.
   expect_within(error_of(loops[0], places[0], places[3]), 0.5, kPitchMm / 2);
 }
 
@@ -58,7 +59,7 @@ TEST(LoopCloser, DifferentPlacesAreNotConfused) {
   EXPECT_TRUE(visit(closer, random_texture(3), places).empty());
 }
 
-// Which of the many bumps it was cannot be known, so nothing may be claimed.
+// It cannot be known which of the many equal bumps was touched, so no loop may be found.
 TEST(LoopCloser, ARepeatedPatternClaimsNothing) {
   LoopCloser closer({});
   EXPECT_TRUE(visit(closer, grid_texture(), {place(0, 0), place(7.7, 3.2), place(0.4, 20.1, 30)}).empty());
@@ -100,8 +101,8 @@ TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
   EXPECT_FALSE(verify_guess(older, keyframe(10, 1, feel(texture, place(25, 8))), Pose::Identity()));
 }
 
-// The same place by its texture, but one of the two shows bare gel where the other was pressed in: both
-// cannot be.
+// By their texture, the two surfaces show the same place. But one of them shows bare gel where the object
+// pressed the other, which is impossible.
 TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
   const Field texture = random_texture(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
@@ -121,7 +122,8 @@ TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
   EXPECT_FALSE(verify_guess(keyframe(0, 0, half), keyframe(1, 1, feel(texture, first)), guess.inverse()));
 }
 
-// A first touch shows little, and a later contact may hold all of it: which one is asked must not matter.
+// The first touch of a trial is often small, and a later contact may contain all of it. The loop must be
+// found whichever of the two is the reference.
 TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
   const Field texture = random_texture(7);
   const Contact small{40, 32};
@@ -136,7 +138,8 @@ TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
   }
 }
 
-// Two balls are the same at every pose: registration is content, the texture (sensor noise) is not.
+// Two balls agree at every pose, so the registration succeeds. Their texture is sensor noise and does not
+// agree.
 TEST(LoopCloser, ABallIsNoEvidence) {
   const auto ball = [](std::uint64_t noise_seed) {
     const SurfacePtr smooth = feel(plane(), place(0, 0));

@@ -15,7 +15,7 @@ using namespace test;
 
 // ---- features ----
 
-// The same texture a quarter as deep has the same places on it.
+// The features of a texture must be found at the same places if it is only a quarter as deep.
 TEST(ExtractFeatures, FindsShallowTextureToo) {
   const int deep = extract_features(*feel(random_texture(6, 0.2), place(0, 0)), {}).size();
   const int shallow = extract_features(*feel(random_texture(6, 0.05), place(0, 0)), {}).size();

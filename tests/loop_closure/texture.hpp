@@ -5,7 +5,7 @@
 
 namespace gelslam::test {
 
-/// Waves of 0.9 to 3 mm in all directions: no place looks like another.
+/// Waves of 0.9 to 3 mm length in all directions, so that no two places look the same.
 inline Waves waves_of_any_place(std::uint64_t seed, double slope = 0.15) {
   return random_waves(seed, slope, 0.9, 3.0, true, 30);
 }
@@ -13,7 +13,7 @@ inline Field random_texture(std::uint64_t seed, double slope = 0.15) {
   return relief(waves_of_any_place(seed, slope));
 }
 
-/// The same bump every 1.5 mm: a knurl, a woven cloth.
+/// The same bump every 1.5 mm, like a knurl or a woven cloth.
 inline Field grid_texture() {
   const double k = 2 * M_PI / 1.5;
   return relief({{{k * Eigen::Vector3d::UnitX(), 0, 0.05}, {k * Eigen::Vector3d::UnitY(), 0, 0.05}}});
@@ -23,8 +23,8 @@ struct Contact {
   double width_px = 95, height_px = 70;  // semi-axes of an ellipse at the image center
 };
 
-/// What a sensor at map_T_sensor sees of a texture about z = 0 of the map. The object goes on beyond the
-/// contact: the gel lies on it there.
+/// Returns the surface that a sensor at map_T_sensor sees of a texture around the plane z = 0 of the map. The
+/// object is larger than the contact, and the gel outside the contact has the heights of the object, too.
 inline SurfacePtr feel(const Field& texture, const Pose& map_T_sensor, const Contact& contact = {}) {
   View view;
   view.contact_width_px = contact.width_px;

@@ -1,5 +1,5 @@
-// Surfaces that do not show every motion. What they show must be followed; what they do not show must be
-// said, and the pose must stay there where the start left it.
+// Registers surfaces that do not show every motion. The motions that they show must be estimated. The others
+// must be reported as not observable, and along them the pose must stay at its initial value.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,17 +22,18 @@ RegistrationResult registered(const SurfacePtr& reference, const Surface& target
 TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
   const SurfacePtr flat = touch(plane(), motion(0, 0, 0, 0, 0, 0.5));
   const SurfacePtr tilted = touch(plane(), motion(0, 0, 0, 0, 0, 0.5) * motion(2, -1.5, 0, 0, 0));
-  const Pose initial = motion(0, 0, 6, 0.4, -0.3);  // all of it unseen
+  const Pose initial = motion(0, 0, 6, 0.4, -0.3);  // motions that the plane does not show
   const RegistrationResult result = registered(tilted, *flat, initial);
   EXPECT_THAT(result.observable, ElementsAre(false, false, true, true, true, false));
   EXPECT_EQ(describe_observability(result.observable),
             "sliding along x, sliding along y, twisting are not observable");
-  // The tilt is found: the tilted plane's normal lies where the flat one has it.
+  // The tilt is found: the result maps the normal of the tilted plane to that of the flat one.
   const Eigen::Vector3d normal =
       result.target_T_reference.linear() * motion(2, -1.5, 0, 0, 0).linear().transpose().col(2);
   EXPECT_LT(std::acos(std::min(1.0, normal.z())) / kDegree, 0.02);
-  // Sliding and twisting stay at the start. (Turning a tilted plane changes its tilt: some of the twist is
-  // seen; and the plane is tilted about the contact, half a millimeter off the origin.)
+  // Sliding and twisting keep their initial values. The tolerances are not zero, because a twist of a tilted
+  // plane changes its tilt and is therefore shown to some degree, and because the plane is tilted about the
+  // contact, half a millimeter from the origin.
   EXPECT_LT((result.target_T_reference.translation() - initial.translation()).head<2>().norm(), 0.03);
   EXPECT_NEAR(so3_log(result.target_T_reference.linear()).z() / kDegree, 6, 0.5);
 }
@@ -48,7 +49,7 @@ TEST(DegenerateSurfaces, ABallShowsWhereItsCenterIsAndNothingElse) {
     pose.translation() = center_in_sensor - pose.linear() * center_in_sensor;
     return pose;
   };
-  // Started turned about its center, where all looks right, it must stay.
+  // A ball that is turned about its center looks the same, so the pose must stay at such an initial value.
   for (const Eigen::Vector3d& turn_deg :
        {Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(0, -3, 0), Eigen::Vector3d(0, 0, 10)}) {
     const RegistrationResult result = registered(reference, *target, about_center(turn_deg));
@@ -56,7 +57,7 @@ TEST(DegenerateSurfaces, ABallShowsWhereItsCenterIsAndNothingElse) {
     EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).deg, 0.05) << turn_deg.transpose();
     EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).mm, 0.01) << turn_deg.transpose();
   }
-  // Started beside it, the center is found.
+  // From an initial value with another center, the center is found.
   const RegistrationResult result = registered(reference, *target, motion(0, 0, 0, 0.3, -0.2));
   EXPECT_LT((result.target_T_reference * center_in_sensor - center_in_sensor).norm(), 0.01);
 }
@@ -72,12 +73,13 @@ TEST(DegenerateSurfaces, ACylinderHidesSlidingAlongAndRollingAboutItsAxis) {
   const RegistrationResult stays = registered(target, *target, rolled);
   EXPECT_THAT(stays.observable, ElementsAre(false, false, true, false, true, true));
   expect_within(gap(stays.target_T_reference, rolled), 0.05, 0.01);
-  // The axis' direction is shown: twist and pitch are found.
+  // The surfaces show the direction of the axis, so twist and pitch are found.
   const RegistrationResult turned = registered(reference, *target, Pose::Identity());
   const Eigen::Vector3d axis =
       turned.target_T_reference.linear() * motion(0, 1, 3, 0, 0).linear().transpose().col(0);
   EXPECT_LT(std::acos(std::min(1.0, axis.x())) / kDegree, 0.05);
-  // Held along the axis to the second order of the 3 degrees between the axis' two directions.
+  // Along the axis the pose stays, except for an effect of second order in the 3 degrees between its
+  // directions.
   EXPECT_LT(std::abs(turned.target_T_reference.translation().x()), 0.02);
 }
 
@@ -90,11 +92,12 @@ TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {
   EXPECT_THAT(result.observable, ElementsAre(false, true, true, true, true, true));
   const Pose expected = Eigen::Translation3d(0.5, 0, 0) * first_T_second;
   EXPECT_LT(gap(result.target_T_reference, expected).deg, 0.05);
-  // The prior is 1 mm wide: of the step that the edge does not show, a share of some per cent is noise.
+  // The prior has a standard deviation of 1 mm, so noise may move the pose a little along the edge.
   EXPECT_LT(gap(result.target_T_reference, expected).mm, 0.05);
 }
 
-/// Noise is texture too, and must not be taken for the object's: nor may it hide what the object shows.
+/// Noise looks like texture. It must neither be taken for the texture of the object, nor hide the motions
+/// that the object shows.
 class NoisySurfaces : public testing::TestWithParam<std::pair<double, double>> {};  // rad, correlated over px
 
 TEST_P(NoisySurfaces, ShowWhatTheirShapeShows) {
@@ -117,7 +120,7 @@ TEST_P(NoisySurfaces, ShowWhatTheirShapeShows) {
                      *with_noise(*clean, noise_rad, 2 * seed + 1, correlation_px), Pose::Identity());
       EXPECT_EQ(result.observable, c.observable)
           << c.name << " draw " << seed << ": " << describe_observability(result.observable);
-      // Both show the same place: what is called observable has not moved.
+      // Both surfaces show the same place, so the pose must be the identity along all observable axes.
       const Vector6d moved = se3_log(result.target_T_reference);
       for (int axis = 0; axis < 3; ++axis) {
         const bool slide_shown = c.observable[static_cast<std::size_t>(axis)],
@@ -133,8 +136,9 @@ INSTANTIATE_TEST_SUITE_P(DegenerateSurfaces, NoisySurfaces,
                          testing::Values(std::pair{0.01, 0.0}, std::pair{0.02, 0.0}, std::pair{0.01, 3.0},
                                          std::pair{0.02, 3.0}, std::pair{0.01, 5.0}, std::pair{0.02, 5.0}));
 
-/// An object that covers the whole gel hides the gel's level, and with it the pose's z. But the two surfaces
-/// are joined by their heights as well as elsewhere: without that, a map of a flat object bulges or tears.
+/// If an object covers the whole gel, the level of the heights is unknown, and so is the z of the pose. The
+/// edge between two such surfaces must nevertheless have information about z from their heights, because
+/// otherwise the map of a flat object would bend or break.
 TEST(DegenerateSurfaces, WithoutBareGelSurfacesAreJoinedByTheirHeights) {
   const auto seen = touch(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
   auto covered = std::make_shared<Surface>(*seen);
@@ -157,8 +161,8 @@ TEST(DegenerateSurfaces, TexturedSurfacesShowEverything) {
 }
 
 TEST(DegenerateSurfaces, NoiseDoesNotKeepARegistrationWandering) {
-  // Noise draws the estimate along what a ball or a rod does not show, step after step without the residuals
-  // getting any smaller.
+  // Noise moves the estimate step by step along motions that a ball or a rod does not show, although the
+  // residuals do not become smaller. The registration has to stop nevertheless.
   NormalFlowOptions patient;
   patient.max_iterations = 1000;
   for (const Field& field : {sphere(6), cylinder(6)})

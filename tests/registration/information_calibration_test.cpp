@@ -1,5 +1,6 @@
-// Is the information calibrated? Pairs seen by sensors that read slopes too steep or too flat, a little wrong
-// from place to place, and with noise: errors over their sigmas must have the size that chi-square says.
+// Tests that the information of a registration is calibrated. Simulated sensors read slopes too steep or too
+// flat, with errors that differ over the gel, and with noise. The squared errors of the poses, weighted by
+// the information, must be distributed about as chi-square.
 
 #include <gtest/gtest.h>
 
@@ -14,14 +15,16 @@ namespace {
 
 using namespace test;
 
-/// A sensor's faults, the same in every frame.
+/// The systematic errors of a sensor, which are the same in every frame: factors of the slopes along x and y,
+/// and a wave over the gel that is added to the slopes.
 struct Faults {
   double gain_x = 1.0, gain_y = 1.0;
   Eigen::Vector2d wave_per_mm = Eigen::Vector2d::Zero();
   double phase = 0.0, unevenness_rad = 0.0;
 };
 
-/// `size`: 1 as of a model that states no uncertainty.
+/// Returns random errors. `size`: their standard deviation relative to that of a model that states no
+/// uncertainty.
 Faults draw_faults(std::mt19937_64& random, double size) {
   constexpr double kGain = 0.05, kWavelengthMm = 8.0, kUnevennessRad = 0.01;
   const double around = uniform(random, 0, 2 * M_PI);
@@ -50,7 +53,7 @@ SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults
   return with_noise(*surface, 0.01, seed, 2.0);
 }
 
-/// With faults as large as the model states.
+/// The parameter is the size of the systematic errors, which the model states as its uncertainty.
 class CalibratedInformation : public testing::TestWithParam<double> {};
 
 TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
@@ -63,7 +66,7 @@ TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
   for (int pair = 0; pair < kPairs; ++pair) {
     const auto& [field, object_T_first] = objects[pair % 2];
     const Faults faults = draw_faults(random, GetParam());
-    const double size = uniform(random, 0, 1);  // frames that follow each other, and such far apart
+    const double size = uniform(random, 0, 1);  // small motions as between successive frames, and large ones
     const Pose first_T_second = motion(size * uniform(random, -5, 5), size * uniform(random, -5, 5),
                                        size * uniform(random, -8, 8), size * uniform(random, -1, 1),
                                        size * uniform(random, -1, 1), size * uniform(random, -0.1, 0.1));
@@ -73,7 +76,7 @@ TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
     const RegistrationResult result =
         register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {});
     ASSERT_TRUE(result.ok()) << describe(result.status);
-    // About the shared center: there an error in tilt is none in depth.
+    // The errors are taken about the shared center, where an error of the tilt causes none along z.
     const Pose at_center(Eigen::Translation3d(result.shared_center_mm));
     const Matrix6d adjoint_center = adjoint(at_center);
     const Matrix6d information = adjoint_center.transpose() * result.information * adjoint_center;
@@ -84,14 +87,15 @@ TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
     for (int axis = 0; axis < 6; ++axis)
       sum2[static_cast<std::size_t>(axis)] += error[axis] * error[axis] / covariance(axis, axis) / kPairs;
   }
-  // Chi-square with six degrees of freedom: median 5.35, 90 % below 10.64. 24 pairs know either to a half or
-  // so.
+  // Chi-square with six degrees of freedom has the median 5.35 and the 90th percentile 10.64. From 24 pairs,
+  // both are estimated to about a half.
   EXPECT_GT(quantile(chi_square, 0.5), 5.35 / 2.5);
   EXPECT_LT(quantile(chi_square, 0.5), 5.35 * 2.5);
   EXPECT_GT(quantile(chi_square, 0.9), 10.64 / 2.5);
   EXPECT_LT(quantile(chi_square, 0.9), 10.64 * 2.5);
   for (std::size_t axis = 0; axis < 6; ++axis) {
-    // These heights are exact but for their gain; real ones also bend with the unevenness.
+    // The simulated heights have only an error of scale. Real ones are also bent by the errors over the gel,
+    // so the error of z may be smaller here than its standard deviation.
     EXPECT_GT(std::sqrt(sum2[axis]), axis == 5 ? 0.1 : 0.4) << axis;
     EXPECT_LT(std::sqrt(sum2[axis]), 2.5) << axis;
   }
@@ -99,7 +103,7 @@ TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
 
 INSTANTIATE_TEST_SUITE_P(Models, CalibratedInformation, testing::Values(1.0, 0.3));
 
-/// The same touch with the same noise, in pictures of more or fewer pixels.
+/// The same touch with the same noise gives the same information in pictures with more or fewer pixels.
 TEST(Information, PixelsOfAnotherSizeTellTheSame) {
   const Field field = textured_plane(1);
   const Pose above = motion(0, 0, 0, 0, 0, 0.5), first_T_second = motion(1, -1, 2, 0.3, 0.2);
@@ -127,8 +131,8 @@ TEST(Information, PixelsOfAnotherSizeTellTheSame) {
   }
 }
 
-/// Once a sensor reads slopes wrong, a longer roll is worse known, and in the direction in which it rolled
-/// most.
+/// If a sensor may read slopes too steep, the pose is less certain after a longer roll, and most about the
+/// axis about which it rolled.
 TEST(Information, LessIsKnownOfALongerMotion) {
   const Field field = textured_plane(1);
   const Pose above = motion(0, 0, 0, 0, 0, 0.5);

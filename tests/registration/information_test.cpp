@@ -32,7 +32,8 @@ TEST(Information, IsSymmetricAndPositiveSemidefiniteOnEverySurface) {
   }
 }
 
-/// Until there is a sample in every patch of the picture that shares its noise; more say nothing new.
+/// The information grows with the number of samples until there is one in each patch that shares its noise.
+/// More samples add no information.
 TEST(Information, GrowsWithSamplesUntilTheyShareTheirNoise) {
   const SurfacePtr surface = touch(textured_plane(1), kAbove);
   const auto information = [&](int samples) {
@@ -42,7 +43,7 @@ TEST(Information, GrowsWithSamplesUntilTheyShareTheirNoise) {
     Matrix6d known =
         register_normal_flow(NormalFlowReference(surface, options), *surface, Pose::Identity(), options)
             .information;
-    known.row(5).setZero();  // tz is not among the directions
+    known.row(5).setZero();  // tz is measured by the heights, whatever the number of samples
     known.col(5).setZero();
     known(5, 5) = samples;
     return known;
@@ -52,19 +53,19 @@ TEST(Information, GrowsWithSamplesUntilTheyShareTheirNoise) {
   EXPECT_LT((most - many).topLeftCorner(5, 5).norm(), 0.2 * many.topLeftCorner(5, 5).norm());
 }
 
-/// Errors over many noisy targets of one clean reference, weighed by the information that came with them. For
-/// honest information that is chi-square distributed with 5 degrees of freedom (tz has noise of its own
-/// kind): mean 5, and 40 draws know the mean to 0.5. Without correlation counted in, two things make it
-/// honest only to a factor: the normals' residual has two components, and its square, not one's, stands for
-/// the variance (information half as large: mean 2.5); bilinear look-up averages up to four pixels (variance
-/// down to a quarter, while neighboring samples then share their noise). So: not less than 1.25, not more
-/// than 10.
+/// Registers many noisy targets to one reference without noise, and computes the mean squared error, weighted
+/// by the information. With exact information it has a chi-square distribution with 5 degrees of freedom (tz,
+/// whose noise is another one, is left out), so its mean is 5, which 40 draws determine to 0.5. Two
+/// approximations change the mean by a factor. The residual of a normal has two components, and the square of
+/// both is taken for the variance of one (mean 2.5). Bilinear interpolation averages up to four pixels, which
+/// reduces the variance to as little as a quarter but correlates neighboring samples. The mean must therefore
+/// be between 1.25 and 10.
 TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   constexpr double kNoiseRad = 0.02;
   constexpr int kDraws = 40;
   NormalFlowOptions options;
-  options.normal_noise_rad = 1e-6;                                          // measured from residuals
-  const Pose first_T_second = motion(0, 0, 0, 0.3 * 0.0634, 0.6 * 0.0634);  // look-ups between pixels
+  options.normal_noise_rad = 1e-6;  // the noise follows from the residuals
+  const Pose first_T_second = motion(0, 0, 0, 0.3 * 0.0634, 0.6 * 0.0634);  // not whole pixels
   const auto first = touch(textured_plane(1), kAbove),
              second = touch(textured_plane(1), kAbove * first_T_second);
   const NormalFlowReference reference(second, options);
@@ -81,15 +82,15 @@ TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   EXPECT_LT(mean, 10.0);
 }
 
-/// The information is that of the right perturbation: turned views carry the same information in the
-/// reference's axes.
+/// The information belongs to right perturbations, in the axes of the reference. It must not depend on how
+/// the target is rotated.
 TEST(Information, IsInTheReferencesAxes) {
   const SurfacePtr second = touch(textured_plane(1), kAbove * motion(0, 0, 90, 0, 0)),
                    first = touch(textured_plane(1), kAbove);
-  View narrow;  // inside both views, whichever way they are turned
+  View narrow;  // inside both pictures, however they are rotated
   narrow.contact_width_px = narrow.contact_height_px = 80;
   const SurfacePtr inner = touch(textured_plane(1), kAbove * motion(0, 0, 90, 0, 0), narrow);
-  NormalFlowOptions noisy;  // so that what the motion itself adds is small
+  NormalFlowOptions noisy;  // so that the errors that grow with the motion matter little
   noisy.normal_noise_rad = 0.2;
   const RegistrationResult turned =
       register_normal_flow(NormalFlowReference(inner, {}), *first, motion(0, 0, 90, 0, 0), noisy);
@@ -103,8 +104,8 @@ TEST(Information, IsInTheReferencesAxes) {
   EXPECT_GT((turned.information - in_targets_axes).norm(), 0.1 * size) << "the axes make a difference";
 }
 
-/// An edge along the keyframe's x hides sliding along it. Once the sensor has twisted by a quarter turn, that
-/// is its y.
+/// An edge along the keyframe's x does not show sliding along it. After the sensor has twisted by a quarter
+/// turn, the motion that is not observable is along the y axis of the sensor.
 TEST(Information, ObservabilityIsAboutTheAxesOfTheSensorAsItLiesNow) {
   const Pose object_T_sensor = motion(0, 0, 0, 0, 0, 1), quarter_turn = motion(0, 0, 90, 0, 0);
   View square;
@@ -117,8 +118,9 @@ TEST(Information, ObservabilityIsAboutTheAxesOfTheSensorAsItLiesNow) {
       << describe_observability(result.observable);
 }
 
-/// A round bump shows where it slides, but not whether it turns about itself. Far from the middle of the
-/// sensor, that turn is a lever for the place of the sensor, not for that of the bump.
+/// A round bump shows how it slides, but not how it turns about itself. Observability is that of the motion
+/// of the contact: a bump far from the center of the sensor does not make sliding unobservable, although
+/// turning about the bump moves the origin of the sensor.
 TEST(Information, ObservabilityIsAboutWhereTheContactIs) {
   for (const Eigen::Vector2d& center_mm :
        {Eigen::Vector2d(0, 0), Eigen::Vector2d(6, 4), Eigen::Vector2d(-7, 3)}) {
@@ -141,7 +143,8 @@ TEST(Information, ObservabilityIsAboutWhereTheContactIs) {
   }
 }
 
-// A pattern of the gel may hold a pose back by as far as the place was unknown.
+// A gel pattern pulls the pose toward no motion, by an error that may be as large as the uncertainty of the
+// prior. The information must therefore be smaller if the prior was less certain.
 TEST(Information, IsLessOfAPlaceThatWasHardlyKnown) {
   const NormalFlowReference touched(touch(textured_plane(1, 0.03), kAbove), {});
   const auto sigma_mm = [&](double known_to_mm) {

@@ -39,10 +39,11 @@ Residuals random_residuals(std::size_t count, std::uint64_t seed) {
   return residuals;
 }
 
-// Lengths around the kernels' blocks of 64 lanes.
+// Numbers of samples around multiples of the block size of the kernels, 64.
 constexpr std::size_t kCounts[] = {0, 1, 15, 63, 64, 65, 200, 3000};
 
-/// A sample's normal changes as it turns, and by its gradient along its motion over the picture.
+/// Returns the Jacobian of a sample's normal: it changes by the rotation itself, and by its gradient times
+/// the motion of the sample over the picture.
 Eigen::Matrix<double, 3, kParameters> jacobian_of(const Samples& samples, std::size_t i,
                                                   const Viewpoint& view) {
   const PictureMotion motion = picture_motion(samples, i, view);
@@ -122,7 +123,7 @@ void expect_bilinear_lookup(double camera_distance_mm) {
     const int ui = static_cast<int>(std::floor(u)), vi = static_cast<int>(std::floor(v));
     const double fu = u - ui, fv = v - vi;
     if (std::min({fu, fv, 1 - fu, 1 - fv}) < 1e-3)
-      continue;  // which pixels are touched is float's matter there
+      continue;  // which pixels are used depends on rounding there
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     bool all_touched = ui >= 0 && vi >= 0 && ui + 1 < 320 && vi + 1 < 240;
     for (int k = 0; k < 4 && all_touched; ++k) {
@@ -151,10 +152,10 @@ TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
   for (const double distance_mm : {0.0, 22.0}) expect_bilinear_lookup(distance_mm);
 }
 
-/// The Jacobian says how a sample's normal changes, as the target's camera sees it, when the sample is moved
-/// a little over the surface: N(xi) = R(xi)^T n(where the ray through exp(xi) q meets the surface). Here n is
-/// the analytic surface, and N is differentiated numerically. The kernel's 3x3 derivative of a texture with
-/// waves of 4 mm or more is 1 % too flat at most. `target_T_reference`: where the target's camera is.
+/// Compares the Jacobian with a numerical derivative of N(xi) = R(xi)^T n(p(xi)), where n is the normal of an
+/// analytic surface and p(xi) the point at which the ray of the target's camera through exp(xi) q meets the
+/// surface. The 3x3 derivative of the kernel makes a texture with waves of 4 mm or more at most 1 % too flat.
+/// `target_T_reference`: the pose of the target's camera.
 void expect_right_jacobian(double camera_distance_mm, const Pose& target_T_reference) {
   const Field field = textured_plane(6, 0.25, 4, 8);
   const Pose object_T_sensor = motion(4, -6, 20, 0, 0, 0.6);
@@ -178,7 +179,7 @@ void expect_right_jacobian(double camera_distance_mm, const Pose& target_T_refer
     const Pose warp = se3_exp(xi);
     const Eigen::Vector3d p = warp * q,
                           ray = camera_distance_mm > 0 ? Eigen::Vector3d(p - camera_mm) : camera_axis;
-    // The point on the ray whose depth along the reference's own ray is that of the surface.
+    // Finds the point on the target's ray that lies on the surface.
     const auto surface_at = [&](const Eigen::Vector3d& at, double& z) {
       const double shrink = camera_distance_mm > 0 ? camera_distance_mm / (camera_distance_mm + at.z()) : 1.0;
       Eigen::Vector3d normal;

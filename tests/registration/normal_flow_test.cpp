@@ -11,9 +11,9 @@ namespace {
 
 using namespace test;
 
-// What is left without noise: normals between pixels are interpolated (with 1 mm waves of slope 0.15 wrong by
-// up to 0.003 rad, in both directions, averaged over thousands of samples), and iteration stops at steps of
-// 1e-4 rad and 1e-2 mm.
+// The errors that remain without noise. Normals are interpolated between pixels, which is wrong by up to
+// 0.003 rad for waves of 1 mm with slopes of 0.15, with either sign, averaged over thousands of samples. The
+// iterations end at steps of 1e-4 rad and 1e-2 mm.
 constexpr double kExactDeg = 0.03, kExactMm = 0.01;
 
 RegistrationResult register_pair(const SurfacePtr& reference, const Surface& target,
@@ -44,8 +44,9 @@ TEST(NormalFlow, FollowsAnObjectAcrossThePictureOfANearCamera) {
   expect_near(register_pair(right, *left, start), left_T_right, kExactDeg, kExactMm);
 }
 
-// A plane covers the whole gel and slides by half of it. What both show lies at the border of either picture,
-// where rays are oblique, the other way round in each: only the target's say how a turn moves its texture.
+// An object covers the whole gel and slides by half of its width. The part that both frames show lies at
+// opposite borders of the two pictures, where rays are oblique in opposite directions. Only with the rays of
+// the target is the effect of a rotation on its texture computed correctly.
 TEST(NormalFlow, LeavesAWrongTiltOfWhatLiesAtTheBordersOfBothPictures) {
   const Field field = textured_plane(6, 0.25, 1.5, 3);
   View view;
@@ -61,7 +62,7 @@ TEST(NormalFlow, LeavesAWrongTiltOfWhatLiesAtTheBordersOfBothPictures) {
   }
 }
 
-/// Dents that stay with the gel, as printed dots leave them where they are filled in from around.
+/// Dents that stay with the gel. Printed dots leave such a pattern where their pixels are interpolated.
 SurfacePtr with_dots(const Surface& surface, bool known) {
   auto dotted = std::make_shared<Surface>(surface);
   dotted->normals = surface.normals.clone();
@@ -95,7 +96,7 @@ TEST(NormalFlow, PixelsThatWereFilledInCarryNoTexture) {
   EXPECT_LT(repeats(true), repeats(false));
 }
 
-/// An object touched at a first place, and at places a known motion away from it.
+/// An object that is touched at a first place, and then at places that differ from it by known motions.
 struct Scene {
   const char* name;
   Field field;
@@ -132,16 +133,18 @@ TEST_P(KnownMotions, AreRecoveredUnderNoise) {
   const Pose first_T_second = motion(2, 1, -5, -0.2, 0.25, 0.05);
   const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second);
   constexpr double kNoiseRad = 0.03;  // more than a calibrated sensor's 0.01 to 0.02
-  // White noise averages out over 3000 samples (slopes bend by some 0.3 rad/mm: below 0.005 mm); what does
-  // not is that noise flattens the reference's gradient of the normals. Ten times the expectation:
+  // White noise averages out over 3000 samples: with slopes that change by 0.3 rad/mm, its effect is below
+  // 0.005 mm. The bias by noise in the gradients of the reference's normals does not average out. The limits
+  // are ten times the expected error.
   for (std::uint64_t seed = 0; seed < 3; ++seed)
     expect_near(
         register_pair(with_noise(*second, kNoiseRad, 2 * seed), *with_noise(*first, kNoiseRad, 2 * seed + 1)),
         first_T_second, 0.2, 0.05);
 }
 
-// Noise that is most of the residuals hides that they still get smaller: steps must not be given up for that.
-// From a start as far off as one frame of a quick hand.
+// If noise is the largest part of the residuals, it is hard to see that they still become smaller. The
+// iterations must not end early for that reason. The initial pose is as far off as one frame of a quick
+// motion.
 TEST_P(KnownMotions, AreReachedThroughHeavyNoise) {
   constexpr int kDraws = 12;
   constexpr double kNoiseRad = 0.08;
@@ -161,14 +164,14 @@ TEST_P(KnownMotions, AreReachedThroughHeavyNoise) {
 TEST_P(KnownMotions, AreRecoveredFromTwentyDegreesOfTiltAndFortyOfTwist) {
   const Pose tilted = motion(20, 0, 0, 0.1, 0.2), twisted = motion(0, 0, 40, -0.1, 0.1),
              both = motion(12, -16, 40, 0, 0.1);
-  // A tracker's start: what one frame at 25 Hz adds to a good prediction.
+  // The error of the initial pose is that of a good prediction over one frame at 25 Hz.
   const Pose off = motion(1.5, -1, 2, 0.1, -0.1);
   for (const Pose& first_T_second : {tilted, twisted, both}) {
     Pose object_T_second = scene.object_T_first * first_T_second;
     const SurfacePtr second = touch(scene.field, object_T_second);
     const RegistrationResult result = register_pair(second, *first, first_T_second * off);
     EXPECT_GT(result.scr, 0.3);
-    // A steep view bends the interpolation more: twice the error of small motions.
+    // In an oblique view the interpolation is less accurate, so twice the error of small motions is allowed.
     expect_near(result, first_T_second, 2 * kExactDeg, 2 * kExactMm);
   }
 }
@@ -259,8 +262,8 @@ TEST(NormalFlow, ADifferentSurfaceIsNoMatch) {
   }
 }
 
-// Near the right border every normal is read as tilted by 6 degrees, wherever the object is. The confidence
-// there is a hundredth.
+// Near the right border of the picture, every normal is read as tilted by 6 degrees. The confidence there is
+// a hundredth of that elsewhere, so these normals must hardly change the pose.
 TEST(NormalFlow, NormalsOfLowConfidenceHardlyCount) {
   const Field field = textured_plane(4);
   const Pose truth = motion(0, 0, 0, 0.6, 0, 0);

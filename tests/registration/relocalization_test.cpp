@@ -15,7 +15,7 @@ struct Search {
   RegistrationResult alone, place;
 };
 
-/// `moved`: where the sensor is then. Expected at rest, as when nothing is known.
+/// Searches for the sensor, which is at the pose `moved` now, while the expected pose is that of no motion.
 Search search(const Field& field, const Pose& moved, const View& view = everywhere()) {
   const NormalFlowOptions options;
   const NormalFlowReference reference(touch(field, kHere, view), options);
@@ -26,7 +26,7 @@ Search search(const Field& field, const Pose& moved, const View& view = everywhe
   return s;
 }
 
-/// Twist, slide and tilt far beyond what NormalFlow follows (a wave of the texture is 1 to 3 mm long).
+/// The motions are far larger than NormalFlow can follow; the waves of the texture are 1 to 3 mm long.
 TEST(Relocalization, FindsMotionsThatNormalFlowAloneDoesNot) {
   for (const Pose& moved :
        {motion(0, 0, 0, 4, 0, 0.4), motion(0, 0, 0, -2, 3, 0.4), motion(0, 0, 22, 0, 0, 0.4),
@@ -48,7 +48,7 @@ TEST(Relocalization, LooksAboutTheTwistThatIsExpected) {
 }
 
 TEST(Relocalization, WhatSlidesAlongARidgeIsAtNoOtherPlace) {
-  // Waves across, of no common period, and the same all along y.
+  // Ridges along y: the height is a sum of waves along x without a common period, and constant along y.
   const Field ridges = [](const Eigen::Vector3d& p) {
     double height = 0, slope = 0, phase = 0;
     for (const double k : {2.1, 2.9, 3.7, 4.6}) {
@@ -61,7 +61,7 @@ TEST(Relocalization, WhatSlidesAlongARidgeIsAtNoOtherPlace) {
   const Search s = search(ridges, motion(0, 0, 0, 0.3, 0, 0.4));
   EXPECT_TRUE(s.place.ok());
   EXPECT_NEAR(s.place.target_T_reference.translation().x(), -0.3, 0.02);
-  // Further away, it cannot be told which part of which ridge is seen.
+  // Farther away, it cannot be known which part of the ridges is seen.
   EXPECT_FALSE(search(ridges, motion(0, 0, 0, 3, 0, 0.4)).place.ok());
 }
 
@@ -78,8 +78,8 @@ TEST(Relocalization, APatternThatRepeatsItselfIsAmbiguous) {
 }
 
 TEST(Relocalization, WhereTheObjectWouldHaveBeenFeltItIsNot) {
-  // The same texture, cut off by the contact's border: further on, either would lie in gel that the other saw
-  // bare.
+  // The contact is smaller than the gel. At the right pose, each object would lie in gel that the other frame
+  // saw bare.
   const Search s = search(textured_plane(7), motion(0, 0, 0, 4, 0, 0.4), View{});
   EXPECT_FALSE(s.place.ok());
 }

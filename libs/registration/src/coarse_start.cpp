@@ -1,16 +1,17 @@
-// Poses from which NormalFlow may start where the motion is unknown (own; masked correlation after Padfield,
-// TIP 2012).
+// Finds initial poses for NormalFlow when the motion is unknown. This search is not in the papers; the masked
+// correlation is that of Padfield (IEEE TIP 2012).
 //
-// Both curvature maps are taken at a fourth of the resolution, without their means over the contact. The
-// reference's is turned by 2 kTwistSteps + 1 twists about the expected one, and each turned map is correlated
-// with the target's at all shifts at once, by FFT: the normalized cross-correlation over the pixels that both
-// contacts cover. Peaks above half of the texture correlation that verification asks for, and with enough
-// shared pixels, are kept; the highest kMaxCandidates are returned, leaving out those within one twist step
-// and kMinPeriodMm of a higher one.
+// Input: the curvature maps of both surfaces at a quarter of the resolution, minus their means over the
+// contacts. The map of the reference is rotated by 2 kTwistSteps + 1 angles around the expected twist. Each
+// rotated map is correlated with that of the target at all shifts at once, by FFT: the normalized
+// cross-correlation over the pixels that both contacts cover. The maxima with enough shared pixels and at
+// least half of the texture correlation that verification requires are candidates. At most kMaxCandidates are
+// returned, the highest first, without those that are within one step of twist and kMinPeriodMm of a higher
+// one.
 //
-// The tilt at such a peak follows from the normals that meet there, n' = n + w x n to first order, and the
-// translation from the centers of the points that meet. Faint textures give no peaks, periodic ones several:
-// the caller has to compare them.
+// At each candidate, the tilt w follows from the normals that coincide, by n' = n + w x n to first order, and
+// the translation from the centroids of the points that coincide. A faint texture has no maxima, and a
+// periodic one has several, which the caller has to compare.
 
 #include <algorithm>
 #include <cmath>
@@ -25,24 +26,25 @@ namespace {
 
 using namespace registration::detail;
 
-constexpr double kTwistStepRad = 0.12;  // Textures turned by more than half of it still agree.
-// The search goes so many steps to either side of the expected twist: two standard deviations of a twist of
-// which nothing is known.
+constexpr double kTwistStepRad = 0.12;  // textures still agree at more than half of this angle
+// The number of steps to each side of the expected twist. They cover two standard deviations of an unknown
+// twist.
 constexpr int kTwistSteps = static_cast<int>(2 * kMinPeriodMm / kMmPerRad / kTwistStepRad);
-// Four pixels are a fourth of the shortest period (kMinPeriodMm), fine enough for registration to converge.
+// The factor by which the resolution is reduced. Four pixels are a quarter of the shortest period
+// (kMinPeriodMm), so the registration converges from the nearest of such pixels.
 constexpr int kShrink = 4;
-constexpr int kMaxCandidates = 6;  // More candidates would be periods of one pattern.
+constexpr int kMaxCandidates = 6;  // more candidates would be periods of one texture
 
-/// A candidate: the reference, turned by `twist_rad` and shifted, agrees with the target.
+/// A twist and a shift after which the reference agrees with the target.
 struct Candidate {
-  int twist_step = 0;  // from the expected twist
+  int twist_step = 0;  // the number of steps from the expected twist
   double twist_rad = 0;
-  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of the coarse pixels
-  double similarity = 0;                               // normalized cross-correlation
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // in pixels of the reduced resolution
+  double similarity = 0;                               // the normalized cross-correlation
 };
 
-/// Returns the signed shift that stands at index `shift` of a circular correlation of length `period`, where
-/// the other texture has length `size`.
+/// Returns the signed shift that belongs to the index `shift` of a circular correlation of length `period`.
+/// `size` is the length of the target's texture.
 int wrapped(int shift, int size, int period) { return shift < size ? shift : shift - period; }
 
 bool is_peak(const cv::Mat1f& map, int y, int x) {
@@ -52,7 +54,8 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// Adds all peaks of one twist, where the texture `turned` is compared with `target`.
+/// Adds all local maxima of the correlation for one twist to `peaks`. `turned`: the rotated texture of the
+/// reference.
 void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
                const TextureSpectrum::Agreement& agreement, const Candidate& twist, double min_similarity,
                double min_shared_px, std::vector<Candidate>& peaks) {
@@ -70,8 +73,8 @@ void add_peaks(const CoarseTexture& turned, const CoarseTexture& target,
     }
 }
 
-/// Returns the highest peaks, not counting those on the slopes of a higher one: shifted a little, or turned
-/// by a step.
+/// Returns the highest peaks in descending order. Peaks near a higher one are left out: those within one step
+/// of twist and `min_distance_px`.
 std::vector<Candidate> best_candidates(std::vector<Candidate> peaks, double min_distance_px) {
   std::stable_sort(peaks.begin(), peaks.end(),
                    [](const Candidate& a, const Candidate& b) { return a.similarity > b.similarity; });
@@ -118,7 +121,7 @@ Pose coarse_pose(const Surface& reference, const Surface& target, double twist_r
   start.linear() = twist;
   start.translation().head<2>() = shift_mm;
   if (count == 0) return start;
-  // To first order a small turn w changes a normal by w x n.
+  // To first order, a small rotation w changes a normal by w x n.
   const Eigen::Vector3d tilt(-normal_change.y() / weight, normal_change.x() / weight, 0.0);
   start.linear() = so3_exp(tilt) * twist;
   start.translation() = (target_sum - start.linear() * reference_sum) / count;
@@ -132,7 +135,7 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   const CoarseTexture texture(reference, kShrink), target_texture(target, kShrink);
   const double min_shared_px = options.curvature.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};
-  // Before registration textures agree about half as well as after it.
+  // Before the registration the correlation is about half of that after it.
   const double min_similarity = options.min_texture_correlation / 2;
   std::vector<Candidate> twists;
   std::vector<CoarseTexture> turned;

@@ -5,14 +5,15 @@
 // normals times a Cauchy weight. Gauss-Newton steps over rx ry rz tx ty are inverse compositional (Baker &
 // Matthews, IJCV 2004; Huang, Kaess, Yuan, NormalFlow, RA-L 2024); tz is the mean height difference over the
 // shared contact. The prior's information is added to the normal equations, so the result is the maximum of
-// prior times likelihood (own).
+// prior times likelihood; the papers have no prior.
 //
-// A first pass takes all gradients as they are read. If noise is more than a tenth of them along any
-// direction, a second pass projects the equations onto what both surfaces show (ObservableDirections).
+// The first pass uses the gradients of the normals as they are, including their noise. If noise is more than
+// a tenth of the signal along some direction of motion, a second pass projects the normal equations onto the
+// signal that both surfaces share (ObservableDirections). This second pass is not in the papers.
 //
-// It goes wrong where the motion exceeds half a period of the texture (it converges to the neighboring
-// period), and where something that moves with the gel looks like texture (it pulls towards no motion).
-// assess() and verify_registered() are there to notice.
+// It fails if the motion exceeds half a period of the texture, because it then converges to the neighboring
+// period. It is biased toward no motion if a pattern of the gel, which moves with the gel, looks like
+// texture. assess() and verify_registered() detect such results.
 
 #include "gelslam/registration/normal_flow.hpp"
 
@@ -44,15 +45,17 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
   return xi;
 }
 
-/// Returns the prior's information about the step, in the basis of the observable directions and without the
-/// correlations between them.
+/// Returns the information of the prior for a pass with observable directions. The covariance of the prior is
+/// expressed in the basis of these directions, and correlations between them are neglected: otherwise a
+/// measurement along one direction could move the pose along another one that the surfaces do not show.
 Matrix5d information_of(const PosePrior& prior, const ObservableDirections& along) {
   const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
   const Vector5d variance = (along.dual_basis.transpose() * step * along.dual_basis).diagonal();
   return along.dual_basis * variance.cwiseInverse().asDiagonal() * along.dual_basis.transpose();
 }
 
-/// Keeps of the gradients only what both surfaces show, so that a direction that is noise gives no step.
+/// Projects the normal equations onto the signal that both surfaces share, so that there is no step along a
+/// direction in which the gradients are noise.
 void project_observable(const ObservableDirections& directions, NormalEquations& equations) {
   equations.gradient = (directions.dual_basis * directions.signal_fraction.asDiagonal() *
                         directions.basis.transpose() * equations.gradient)
@@ -61,14 +64,16 @@ void project_observable(const ObservableDirections& directions, NormalEquations&
       directions.dual_basis * directions.signal_fraction.asDiagonal() * directions.dual_basis.transpose();
 }
 
-// The second pass is left out where both surfaces show at least this fraction of every direction.
+// The second pass is omitted if both surfaces share at least this fraction of the signal along each
+// direction.
 constexpr double kHardlyNoise = 0.9;
-// The registration has converged after kPatience steps in a row that do not make the residuals smaller by
-// more than the noise of one sample: on a surface with little texture, further steps only wander. Where most
-// of the residuals is noise, progress is hard to see, and kPatienceInNoise such steps are taken.
+// The iterations end after kPatience successive steps that do not reduce the sum of squared residuals by more
+// than the variance of one sample. On a surface with little texture, further steps would be random. If the
+// residuals are far above the noise of normals, there may be progress that the sum does not show, and
+// kPatienceInNoise such steps are allowed.
 constexpr int kPatience = 3, kPatienceInNoise = 20;
 
-/// Watches whether the residuals still get smaller.
+/// Detects that the residuals no longer become smaller.
 class Progress {
  public:
   explicit Progress(const NormalFlowOptions& options)
@@ -90,7 +95,7 @@ class Progress {
   int stale_ = 0, patience_ = kPatience;
 };
 
-/// One registration in progress: the reference against one target.
+/// The registration of one target to a reference.
 class Alignment {
  public:
   Alignment(const NormalFlowReference::Impl& reference, const Surface& target,
@@ -99,9 +104,9 @@ class Alignment {
     residuals().resize(static_cast<std::size_t>(reference.samples.size()));
   }
 
-  /// Takes Gauss-Newton steps to the maximum of prior times likelihood, from `result`'s pose. Returns false
-  /// when the overlap is lost on the way. `directions` says what counts of the gradients; null means all of
-  /// them.
+  /// Iterates Gauss-Newton steps to the maximum of prior times likelihood, beginning at the pose in `result`.
+  /// Returns false if the surfaces no longer overlap at some step. If `directions` is not null, the normal
+  /// equations are projected onto them. `noise_variance` is the variance of one residual.
   bool converge(const PosePrior& prior, const ObservableDirections* directions, double noise_variance,
                 RegistrationResult& result) {
     Progress progress(options_);
@@ -126,8 +131,7 @@ class Alignment {
       equations.gradient += of_prior * se3_log(prior.pose.inverse() * target_T_reference).head<kParameters>();
       const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
       target_T_reference = target_T_reference * se3_exp(with_tz(step, view)).inverse();
-      // A step is noise when it is smaller than one standard deviation of the noise, all five directions
-      // together.
+      // A step is noise if its Mahalanobis norm, in the covariance of the estimate, is below 1.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
       step_not_converged_ = !is_noise && is_large(step);
       converged =
@@ -137,7 +141,7 @@ class Alignment {
     return true;
   }
 
-  /// Registers from the prior's start.
+  /// Registers the target, beginning at the prior's `start`.
   RegistrationResult align(const PosePrior& prior) {
     RegistrationResult result;
     result.target_T_reference = prior.start;
@@ -146,21 +150,23 @@ class Alignment {
     if (!converge(prior, nullptr, noise_variance, result)) return result;
     const ObservableDirections directions = finish(prior, result);
     if (directions.signal_fraction.minCoeff() > kHardlyNoise) return result;
-    // In the first pass noise has moved the pose along directions that the surfaces hardly show.
+    // In the first pass, noise has moved the pose along directions that the surfaces hardly show. The second
+    // pass moves it back to the prior there.
     RegistrationResult second = result;
     if (!converge(prior, &directions, noise_variance, second)) return result;
     finish(prior, second);
     return second;
   }
 
-  /// Judges a pose as it is.
+  /// Evaluates the pose in `result` without changing it.
   void judge(const PosePrior& prior, RegistrationResult& result) {
     const HeightGap gap = evaluate_residuals_and_heights(result.target_T_reference);
     result.height_rmse_mm = std::hypot(gap.rmse_mm, gap.mean_mm);
     assess(reference_, target_, residuals(), prior, options_, result);
   }
 
-  /// Sets z from heights and judges the result; returns what the surfaces show.
+  /// Corrects z by the heights and evaluates the result. Returns the directions of motion and how far the
+  /// surfaces show them.
   ObservableDirections finish(const PosePrior& prior, RegistrationResult& result) {
     const HeightGap gap = evaluate_residuals_and_heights(result.target_T_reference);
     result.target_T_reference.translation().z() += gap.mean_mm;
@@ -171,24 +177,24 @@ class Alignment {
   }
 
  private:
-  /// Fills the residuals of a pose, with their robust weights.
+  /// Computes the residuals of a pose with their robust weights.
   void evaluate_residuals(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
   }
 
-  /// Does the same, and compares heights.
+  /// Computes the residuals of a pose, and the difference between the heights.
   HeightGap evaluate_residuals_and_heights(const Pose& target_T_reference) {
     evaluate_residuals(target_T_reference);
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
-  /// Says whether a step is larger than a tenth of the error up to which a motion counts as observable.
+  /// Returns whether a step is larger than a tenth of kObservableSigmaMm.
   bool is_large(const Vector5d& step) const {
     return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) > kObservableSigmaMm;
   }
 
-  // The work buffer is kept between calls.
+  // Returns the work buffer, which is kept between registrations.
   static Residuals& residuals() {
     thread_local Residuals buffer;
     return buffer;
@@ -201,7 +207,8 @@ class Alignment {
   bool step_not_converged_ = false;  // the last step was still large when the iterations ran out
 };
 
-/// Scales the options to slopes that are as noisy as those of both surfaces.
+/// Returns the options with all values in rad and mm multiplied by the noise of the surfaces
+/// (shared_noise()).
 NormalFlowOptions scaled(NormalFlowOptions options, double noise) {
   options.robust_scale_rad *= noise;
   options.normal_noise_rad *= noise;

@@ -1,3 +1,7 @@
+// The inner loops of NormalFlow: residuals of normals at a pose, robust weights, and normal equations (Huang
+// et al., RA-L 2024, §IV). They are compiled for several instruction sets and give the same result with all
+// of them.
+
 #include "normal_flow_kernels.hpp"
 
 #include <algorithm>
@@ -12,8 +16,9 @@ namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
 
-// Sums are kept in 64 independent lanes: the order of additions, and so the result, does not depend on the
-// vector width. Samples are warped in blocks of as many, which stay in the first-level cache.
+// Sums are accumulated in 64 independent lanes, so that the order of additions, and therefore the result,
+// does not depend on the width of the processor's vectors. Samples are processed in blocks of 64, which fit
+// into the first-level cache.
 constexpr int kLanes = 64;
 
 GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __restrict a, int count) {
@@ -27,7 +32,7 @@ GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __rest
   return sum;
 }
 
-/// Adds to Σ w |r|² and Σ w.
+/// Adds Σ w |r|² to `squares`, and Σ w to `weights`.
 GELSLAM_CLONES void add_squares(const float* __restrict w, const float* __restrict rx,
                                 const float* __restrict ry, const float* __restrict rz, int count,
                                 float& squares, float& weights) {
@@ -54,7 +59,8 @@ GELSLAM_CLONES void cauchy(const float* __restrict rx, const float* __restrict r
   }
 }
 
-/// Computes where a block of samples falls in the target, in pixels.
+/// Computes the pixel coordinates u, v at which samples appear in the target's picture, after the rotation r
+/// (row-major 3x3) and the translation t (mm).
 GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y, const float* __restrict z,
                             const float* __restrict r, const float* __restrict t, const TargetView& target,
                             float* __restrict u, float* __restrict v, int count) {
@@ -64,14 +70,15 @@ GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y
               r8 = r[8], t0 = t[0], t1 = t[1], t2 = t[2];
   for (int i = 0; i < count; ++i) {
     const float depth = 1.0f + (r6 * x[i] + r7 * y[i] + r8 * z[i] + t2) * inverse_distance;
-    // A point behind the camera lies beyond any picture.
+    // A point behind the camera gets a pixel outside any picture.
     const float shrink = depth > 0.0f ? 1.0f / depth : 1e9f;
     u[i] = (r0 * x[i] + r1 * y[i] + r2 * z[i] + t0) * shrink * scale + center_u;
     v[i] = (r3 * x[i] + r4 * y[i] + r5 * z[i] + t1) * shrink * scale + center_v;
   }
 }
 
-/// Computes r = Rᵀ texel - n.
+/// Computes the residuals Rᵀ n' - n, where n' (`texel`) is the interpolated normal of the target and n that
+/// of the sample.
 GELSLAM_CLONES void rotate_and_subtract(const float* __restrict texel_x, const float* __restrict texel_y,
                                         const float* __restrict texel_z, const float* __restrict r,
                                         const float* __restrict nx, const float* __restrict ny,
@@ -98,7 +105,7 @@ float sum_of(const Lanes& lanes) {
   return sum;
 }
 
-/// Adds what up to 64 samples say.
+/// Adds the contributions of at most 64 samples, from index `first` on, to the normal equations.
 GELSLAM_CLONES void add_block(const Samples& s, const Viewpoint& view, const Residuals& r, int first,
                               int count, NormalSums& sums) {
   Lanes along_x[kParameters], along_y[kParameters], jacobian[3][kParameters];
@@ -117,7 +124,7 @@ GELSLAM_CLONES void add_block(const Samples& s, const Viewpoint& view, const Res
   }
   const float *nx = &s.nx[static_cast<std::size_t>(first)], *ny = &s.ny[static_cast<std::size_t>(first)],
               *nz = &s.nz[static_cast<std::size_t>(first)];
-  for (int k = 0; k < count; ++k) {  // turned with the sample: n x e
+  for (int k = 0; k < count; ++k) {  // the rotation of the normal: n x e
     jacobian[1][0][k] += nz[k];
     jacobian[2][0][k] -= ny[k];
     jacobian[0][1][k] -= nz[k];
@@ -143,21 +150,23 @@ GELSLAM_CLONES void add_block(const Samples& s, const Viewpoint& view, const Res
   }
 }
 
-/// Loads three floats, and a fourth that means nothing.
+/// Loads a normal of three floats into a vector of four, whose last element is meaningless.
 Float4 load_normal(const float* p) {
   Float4 v;
   std::memcpy(&v, p, sizeof v);
   return v;
 }
 
-/// Does the same for a pixel that may be the last of the image, by loading from one float before it.
+/// Loads a normal that may be the last of the picture. It loads from one float before it, so that nothing
+/// behind the picture is read.
 Float4 load_right_normal(const float* p) {
   const Float4 v = load_normal(p - 1);
   return __builtin_shufflevector(v, v, 1, 2, 3, 3);
 }
 
-/// Interpolates normals between pixels of the target, and says their confidence: 0 unless all four pixels are
-/// contact, since any other mixes gel and object.
+/// Interpolates the normals of the target bilinearly at (u, v), and returns their confidence divided by 255.
+/// It is 0 unless all four pixels are in contact, because otherwise the interpolation would mix gel and
+/// object.
 class BilinearLookup {
  public:
   explicit BilinearLookup(const TargetView& target)

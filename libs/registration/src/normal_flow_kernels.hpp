@@ -7,42 +7,46 @@
 
 namespace gelslam::registration::detail {
 
-/// The columns of the Jacobian are rx ry rz tx ty. Normals hardly show tz: it only moves pixels toward the
-/// picture's center.
+/// The number of parameters of the motion: rx ry rz tx ty (rad, mm), in this order. Normals hardly depend on
+/// tz, which only moves pixels toward the center of the picture.
 inline constexpr int kParameters = 5;
 inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
-inline constexpr float kMinFacing = 0.2f;  // Bounds the Jacobian where a surface is seen edge on.
+inline constexpr float kMinFacing = 0.2f;  // limits the Jacobian where a surface is seen edge on
 
-/// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
+/// The samples of a reference as a structure of arrays, so that loops over them can be vectorized.
 struct Samples {
-  std::vector<float> x, y, z, nx, ny, nz;
-  std::vector<float> weight;  ///< information of the normal, Surface::confidence / 255
-  /// How each of the normal's components x, y, z changes per mm along x of the picture's rest coordinates,
-  /// then along y.
+  std::vector<float> x, y, z, nx, ny, nz;  ///< points (mm) and unit normals in the reference frame
+  /// Surface::confidence / 255, times a factor that falls toward the border of the contact.
+  std::vector<float> weight;
+  /// The derivatives of the components x, y, z of the normal by x of the rest coordinates, then by y, in
+  /// 1/mm.
   std::array<std::vector<float>, 6> gradient;
 
   int size() const { return static_cast<int>(x.size()); }
   void resize(std::size_t count);
 };
 
-/// How the target's camera sees the samples, in the reference's axes. The ray through a point q has the
-/// direction q / distance + axis; the reference's own camera has the axis (0, 0, 1).
+/// How the camera of the target sees the samples, in the axes of the reference. The ray through a point q has
+/// the direction q * inverse_distance + axis. For the camera of the reference itself the axis is (0, 0, 1).
 struct Viewpoint {
-  float inverse_distance = 0;  ///< of both cameras, 1/mm; 0: parallel rays
+  /// The inverse of the distance of both cameras from the plane z = 0, in 1/mm; 0 if they are orthographic.
+  float inverse_distance = 0;
   std::array<float, 3> axis{0, 0, 1};
-  /// The point about which rx and ry rotate: the center of the shared contact, whose z the heights measure.
-  /// If the object were rotated about the sensor's origin instead, a rotation would move a contact that is
-  /// far from the sensor's axis along z, and an error of the scale would be taken for a rotation.
+  /// The point about which rx and ry rotate: the center of the shared contact, where the heights determine z.
+  /// If they rotated about the origin of the sensor, a contact far from it would move along z, and an error
+  /// of the scale would be taken for a rotation.
   float center_x_mm = 0, center_y_mm = 0;
 
-  /// Returns the tz that goes with the turns rx and ry.
+  /// Returns the tz by which rotations rx and ry about the origin have to be completed, so that they rotate
+  /// about the center.
   double tz_of_turn(double rx, double ry) const {
     return ry * static_cast<double>(center_x_mm) - rx * static_cast<double>(center_y_mm);
   }
 };
 
-/// The derivatives of a sample's place in the reference's picture (rest coordinates x and y) by the five
-/// parameters. The place is where the ray that sees the moved sample meets the surface.
+/// The derivatives of the rest coordinates x and y in the reference's picture by the five parameters, for the
+/// point at which the ray of the target's camera that sees a sample meets the moved surface (the matrix M_k
+/// in docs/algorithms.md).
 struct PictureMotion {
   std::array<float, kParameters> x, y;
 };
@@ -59,7 +63,7 @@ inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples
   const float facing = nx * ray_x + ny * ray_y + nz;
   const float along = 1.0f / (facing > kMinFacing ? facing : kMinFacing);
   const float dx = x - view.center_x_mm, dy = y - view.center_y_mm;
-  // These are the motions of the sample, with turns about the center.
+  // The motion of the sample in space by the five parameters.
   const float moved_x[kParameters] = {0, z, -y, 1, 0}, moved_y[kParameters] = {-z, 0, x, 0, 1},
               moved_z[kParameters] = {dy, -dx, 0, 0, 0};
   PictureMotion motion;
@@ -71,32 +75,32 @@ inline __attribute__((always_inline)) PictureMotion picture_motion(const Samples
   return motion;
 }
 
-/// A target frame as warp_residuals() reads it; both maps are continuous.
+/// The maps of a target that warp_residuals() needs, both continuous in memory.
 struct TargetView {
   int width = 0, height = 0;
   float inverse_pitch_per_mm = 0;
-  float inverse_distance = 0;              ///< of the camera, 1/mm
+  float inverse_distance = 0;              ///< the inverse of the camera's distance, 1/mm
   float center_u_px = 0, center_v_px = 0;  ///< pixel coordinates of the sensor's origin
   const float* normals = nullptr;          ///< width * height * 3
-  /// width * height values of Surface::confidence, or of the contact where all of it is known equally well.
+  /// width * height values of Surface::confidence, or of the contact if there is no confidence.
   const std::uint8_t* confidence = nullptr;
 };
 
-/// Residuals of one warp, structure of arrays, as long as the samples.
+/// The residuals of all samples at one pose, as a structure of arrays.
 struct Residuals {
   std::vector<float> rx, ry, rz;
-  /// Information of the difference of two normals, relative to the best: 0 where a sample leaves the target's
-  /// contact.
+  /// The information of the difference between two normals, shared_confidence(), later times the robust
+  /// weight. It is 0 where a sample does not fall on contact of the target.
   std::vector<float> weight;
   void resize(std::size_t count);
 };
 
-/// Computes r = Rᵀ n'(π(R q + t)) - n for every sample, π: CameraModel::project() (`rotation` row-major 3x3,
-/// translation in mm).
+/// Computes for every sample the residual r = Rᵀ n'(π(R q + t)) - n, where n' are the normals of the target
+/// and π is CameraModel::project(). `rotation`: R, row-major 3x3; `translation`: t in mm.
 void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
                     const float* translation, Residuals& residuals);
 
-/// Multiplies each weight by a Cauchy weight of its residual's size: 1 / (1 + |r|² / scale²).
+/// Multiplies each weight by the Cauchy weight of its residual, 1 / (1 + |r|² / scale²).
 void apply_robust_weights(Residuals& residuals, float scale);
 
 struct ResidualSums {
@@ -105,11 +109,12 @@ struct ResidualSums {
 };
 ResidualSums sum_residuals(const Residuals& residuals);
 
-/// Returns the weighted center of the samples, or the origin where none has weight.
+/// Returns the weighted center of the samples in mm in the reference frame, or (0, 0, 0) if none has a
+/// weight.
 std::array<float, 3> shared_center_mm(const Samples& samples, const Residuals& residuals);
 
-/// Computes gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle), J: how a sample's normal changes
-/// with the five parameters.
+/// Computes the normal equations: gradient = Σ w Jᵀ r (5 numbers) and hessian = Σ w JᵀJ (15 numbers, the
+/// upper triangle row by row), where J are the derivatives of a sample's normal by the five parameters.
 void accumulate_normal_equations(const Samples& samples, const Viewpoint& view, const Residuals& residuals,
                                  double* gradient, double* hessian);
 

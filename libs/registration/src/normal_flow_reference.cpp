@@ -15,9 +15,9 @@ using registration::detail::normal_gradient;
 using registration::detail::NormalGradient;
 using registration::detail::Samples;
 
-/// Selects half of the samples where the surface bends most (they fix x, y and twist), half spread evenly
-/// over the rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in
-/// raster order.
+/// Selects the pixels of the contact that are used as samples, in raster order. One half are those with the
+/// largest absolute curvature, which determine x, y and twist. The other half are spread evenly over the rest
+/// of the contact; they determine the tilt, and prevent that a speck of dirt dominates the result.
 std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::vector<cv::Point> candidates;
   std::vector<float> bend;
@@ -37,7 +37,7 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::nth_element(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(bent), ordered.end(),
                    std::greater<>());
   const float limit = ordered[bent];
-  // So many pixels of just that curvature still belong to the bent ones.
+  // The number of pixels with exactly this curvature that still belong to the first half.
   auto at_limit = static_cast<std::ptrdiff_t>(bent) -
                   std::count_if(bend.begin(), bend.end(), [&](float c) { return c > limit; });
   std::vector<cv::Point> selected;
@@ -45,7 +45,8 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::size_t rest_index = 0, rest_selected = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const bool is_bent = bend[i] > limit || (bend[i] == limit && at_limit-- > 0);
-    // The rest gives the middles of `even` equal parts.
+    // The remaining pixels are divided into `even` parts of equal size, and the middle one of each is
+    // selected.
     if (is_bent || rest_index++ == (2 * rest_selected + 1) * rest / (2 * even)) {
       selected.push_back(candidates[i]);
       if (!is_bent) ++rest_selected;
@@ -85,7 +86,8 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.nx[k] = n[0];
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
-    // Near the contact's border the gel spans from object to rest (Huang et al., T-RO 2026).
+    // Near the border of the contact the gel is draped from the object to its level at rest, so normals there
+    // have less weight. The function is that of GelSLAM (Huang et al., T-RO 2026).
     const float rim = 0.5f * (std::tanh(to_border_px(p) / rim_px - 1.0f) + 1.0f);
     samples.weight[k] = rim * static_cast<float>(confidence(p)) * (1.0f / 255.0f);
     const NormalGradient gradient = normal_gradient(surface->normals, p);
@@ -112,11 +114,12 @@ double NormalFlowReference::self_similarity() const {
 }
 
 struct StoredReference::Entry {
-  std::shared_ptr<const NormalFlowReference> ready;  ///< kept as it is; else what follows counts
+  /// The given reference. If it is null, the members below are used.
+  std::shared_ptr<const NormalFlowReference> ready;
   StoredSurface surface;
   NormalFlowOptions options;
-  SelfSimilarityPtr self_similarity = make_self_similarity();  ///< survives the reference: it is costly
-  LruCached<NormalFlowReference> made;                         ///< 0.5 MB each, and the surface
+  SelfSimilarityPtr self_similarity = make_self_similarity();  ///< expensive to compute, and kept for this
+  LruCached<NormalFlowReference> made;                         ///< takes 0.5 MB, and the unpacked surface
 };
 
 StoredReference::StoredReference(std::shared_ptr<const NormalFlowReference> ready) {

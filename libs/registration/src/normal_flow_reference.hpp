@@ -15,7 +15,7 @@ namespace gelslam {
 struct NormalFlowReference::Impl {
   SurfacePtr surface;
   registration::detail::Samples samples;
-  std::vector<float> curvature;  ///< per sample, for SCR and CCS
+  std::vector<float> curvature;  ///< Surface::curvature of each sample, for SCR and CCS
   SelfSimilarityPtr self_similarity;
 };
 
@@ -26,12 +26,13 @@ struct SelfSimilarity {
 
 namespace registration::detail {
 
-/// Returns how the target's camera sees the reference at this pose. The center is that of the residuals'
-/// samples.
+/// Returns how the target's camera sees the reference at this pose. The center about which rx and ry rotate
+/// is the weighted center of the samples, with the weights of the residuals.
 Viewpoint viewpoint_of(const TargetView& target, const Pose& target_T_reference, const Samples& samples,
                        const Residuals& residuals);
 
-/// The change of a normal per pixel along x and y (Sobel). `p` is no border pixel.
+/// The derivative of the normal by x and by y, per pixel, from Sobel filters. The pixel must not be at the
+/// border of the picture.
 struct NormalGradient {
   cv::Vec3f dx, dy;
 };

@@ -1,3 +1,14 @@
+// The information matrix of a registered pose (docs/algorithms.md, "Covariance" and "Errors of the motion").
+// It is not in the papers. Three sources of error are added:
+//
+// * The noise of the normals, along the directions of motion that both surfaces show, and the noise of the
+//   heights along z at the center of the shared contact.
+// * A gel pattern, which pulls the pose toward no motion, by at most the uncertainty of the pose before the
+//   registration.
+// * Errors that grow with the motion from the reference to the target: slopes that are read too steep make a
+//   roll too large by the same factor, and a slope error that differs over the gel makes a sliding object
+//   seem to tilt.
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -8,14 +19,16 @@
 namespace gelslam::registration::detail {
 namespace {
 
-// The following errors grow with the motion. The values are root mean squares over simulated sequences.
-// A model's slope error differs over the gel, so an object that slides seems to tilt. The error is correlated
-// over patches of this area, so a contact of a few patches averages little of it.
+// Standard deviations of the errors that grow with the motion. The values are root mean squares over
+// simulated sequences. The first is the error of the tilt per mm of sliding, on a large contact. The slope
+// error of a model differs over the gel and is correlated over patches of kUnevenPatchMm2, so a smaller
+// contact averages less of it. The following ones are errors of the twist (rad) and of x and y (mm) per rad
+// of tilt, of x and y per mm of sliding, and of z per mm of sliding.
 constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
-constexpr double kPerTilt = 0.007;  // error of the twist in rad, and of the slide in mm, per rad of tilt
+constexpr double kPerTilt = 0.007;  // rad or mm, per rad
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide =
-    kTiltRadPerMm * kMmPerRad / 2;  // of a contact's border, 2.5 mm from its center
+    kTiltRadPerMm * kMmPerRad / 2;  // the error of the tilt, 2.5 mm from the center
 
 /// The motion of the center of the shared contact from the reference to the target, in the reference's axes.
 struct CenterMotion {
@@ -34,7 +47,7 @@ CenterMotion motion_of(const RegistrationResult& result) {
 Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double shared_mm2,
                          double slope_sigma_ratio, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
-  // Where a direction is not observable, the true slide may be larger than the estimated one.
+  // If the surfaces do not show a direction at all, the true slide may be larger than the estimated one.
   const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : kMinPeriodMm);
   const double uneven_tilt =
       kTiltRadPerMm * slide * std::sqrt(1 + kUnevenPatchMm2 / std::max(shared_mm2, 1.0));
@@ -49,8 +62,8 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
   return (slope_sigma_ratio * sigma).cwiseAbs2();
 }
 
-/// Returns the information that the normals give about the five motions, as perturbations about the
-/// reference's origin.
+/// Returns the information of the normals about the five parameters: for each direction, that of their noise
+/// and of the gel pattern.
 Matrix5d information_of_normals(const ObservableDirections& directions, double noise_variance,
                                 const PosePrior& prior) {
   const Matrix5d covariance = prior.covariance.topLeftCorner<kParameters, kParameters>();
@@ -60,8 +73,8 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double n
                  pull = directions.pattern_fraction[i] * directions.pattern_fraction[i];
     if (fraction == 0) continue;
     const Vector5d dual = directions.dual_basis.col(i);
-    // This is Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read. A
-    // pattern of the gel pulls towards no motion.
+    // Because the Jacobian is noisy, the variance of the estimate is read / common² times that of the
+    // normals, and not 1 / read times. The second term is the pull of a gel pattern.
     const double variance =
         noise_variance / (fraction * fraction) + pull * pull * dual.dot(covariance * dual);
     information += dual * dual.transpose() / variance;
@@ -80,11 +93,13 @@ Matrix6d pose_information(const ObservableDirections& directions, double shared_
   Matrix6d noise = Matrix6d::Zero();
   noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, noise_variance, prior);
   noise = (from_center.transpose() * noise * from_center).eval();
-  // Where no bare gel is seen, a surface's level is unknown, and so is its pose's z. But the level is the
-  // same for all that the surface is joined to: that it fits to them is known as well as elsewhere.
+  // If no bare gel is seen, the level of the heights is unknown, and so is the z of the pose in the sensor
+  // frame. The information is added nevertheless: that the two surfaces fit to each other at this z is known
+  // as well as for others.
   noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
 
-  // The result is (noise⁻¹ + variance)⁻¹, written for where the noise's information may have no inverse.
+  // The result is (noise⁻¹ + variance)⁻¹, in a form that does not need the inverse of `noise`, which may be
+  // singular.
   const CenterMotion motion = motion_of(result);
   const Vector6d variance = motion_variance(motion, directions.signal_fraction.minCoeff() > 0, shared_mm2,
                                             slope_sigma_ratio, options);

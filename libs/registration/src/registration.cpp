@@ -14,7 +14,8 @@ Matrix6d unknown_pose_covariance() {
 
 PosePrior::PosePrior(const UncertainPose& target_T_reference)
     : PosePrior(target_T_reference, target_T_reference.covariance + unknown_pose_covariance()) {
-  constexpr double kUsualMotion2 = 0.01;  // a motion usually has a tenth of the unknown pose's sigma
+  // The standard deviation of a usual motion is a tenth of that of an unknown pose.
+  constexpr double kUsualMotion2 = 0.01;
   covariance += kUsualMotion2 * unknown_pose_covariance();
 }
 

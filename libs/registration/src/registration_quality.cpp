@@ -1,3 +1,8 @@
+// Evaluates a registration at its final pose: the acceptance tests of NormalFlow (shared curvature ratio SCR
+// and curvature cosine similarity CCS; Huang et al., RA-L 2024), and, not in the papers, the texture
+// correlation, the directions of motion that both surfaces show, the information matrix and the observability
+// of the pose (docs/algorithms.md, NormalFlow).
+
 #include "registration_quality.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -9,14 +14,15 @@
 namespace gelslam::registration::detail {
 namespace {
 
-// The gradient of the normals that a gel pattern may have: an error of the model that stays with the gel.
+// The change of the normals per mm that a gel pattern may cause: an error of the model or an unevenness that
+// stays with the gel and looks like texture.
 constexpr double kGelPatternRadPerMm = 0.12;
 
 struct CurvatureAgreement {
   double shared_ratio = 0;         // SCR
   double cosine_similarity = 0;    // CCS
-  double texture_correlation = 0;  // correlation of the curvatures; about 0 where only noise is shared
-  double rms_per_mm = 0;           // of the reference's curvature
+  double texture_correlation = 0;  // the correlation coefficient of the curvatures
+  double rms_per_mm = 0;           // the root mean square of the reference's curvature in 1/mm
 };
 
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
@@ -59,9 +65,9 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-/// Says which motions of the shared center are observable: those whose standard deviation from the two
-/// surfaces alone, with a prior of which nothing is known, is below the limits. `information` is in the
-/// reference's axes; the result is in the target's axes, which are the sensor's axes now.
+/// Returns RegistrationResult::observable. The covariance of the motions of the shared center follows from
+/// the information of the registration and that of an unknown pose. It is transformed from the axes of the
+/// reference to those of the target, which are the axes of the sensor at the time of the target.
 std::array<bool, 6> observability(const RegistrationResult& result, bool heights_known) {
   const Eigen::Matrix3d target_R_reference = result.target_T_reference.linear();
   const Matrix6d from_center = origin_from_center(result.shared_center_mm);
@@ -77,19 +83,20 @@ std::array<bool, 6> observability(const RegistrationResult& result, bool heights
     observable[static_cast<std::size_t>(axis)] = known(axis, 3, kObservableSigmaMm);
     observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, kObservableSigmaMm / kMmPerRad);
   }
-  observable[2] = heights_known;  // z is measured by heights, not inferred from texture
+  observable[2] = heights_known;  // z follows from the heights, not from the texture
   return observable;
 }
 
-/// Returns the correlation that noise has with other noise by chance: one over the root of twice the number
-/// of patches with independent noise.
+/// Returns the standard deviation of the correlation between two independent noises, 1 / sqrt(2 m), where m
+/// is the number of patches of the shared contact whose noise is independent.
 double share_by_chance(double shared_share, const NormalFlowReference::Impl& reference) {
   const double patches = shared_share * reference.surface->contact_mm2() / kNoisePatchMm2;
   return 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
-/// Where normals turn by less than their noise from one pixel of a GelSight Mini to the next, CCS compares
-/// noise: there the normals' agreement has to do.
+/// Returns whether the surfaces agree by CCS. If normals change by less than their noise from one pixel of a
+/// GelSight Mini to the next, CCS would compare noise; then it suffices that the residuals of the normals are
+/// small.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
@@ -178,13 +185,13 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 }
 
 ObservableDirections observable_directions(const TextureAgreement& texture, double by_chance) {
-  // The basis are the generalized eigenvectors of (common, read + pattern); the eigenvalue of each is the
-  // share of its gradient that is common.
+  // The basis consists of the generalized eigenvectors b of common b = γ (read + pattern) b. The eigenvalue γ
+  // is the fraction of the signal along b that both surfaces share.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
   ObservableDirections result;
   result.basis = eigen.eigenvectors();
-  result.dual_basis = scale * result.basis;  // of the eigenvectors' inverse, transposed
+  result.dual_basis = scale * result.basis;  // the inverse of the basis, transposed
   result.signal_fraction = (eigen.eigenvalues().array() - by_chance).max(0.0).min(1.0);
   for (int i = 0; i < kParameters; ++i) {
     const double pattern = result.basis.col(i).dot(texture.pattern * result.basis.col(i));
@@ -218,7 +225,7 @@ ObservableDirections assess(const NormalFlowReference::Impl& reference, const Su
   result.information =
       pose_information(directions, shared_mm2, slope_sigma_ratio,
                        variance_in_sums(result.normal_rmse_rad, reference, options), prior, result, options);
-  // The directions turn about the shared center, because heights tell its z.
+  // The five directions rotate about the shared center, because the heights determine z there.
   result.directions.setIdentity();
   result.directions.topLeftCorner<kParameters, kParameters>() = directions.basis;
   result.directions.block<1, kParameters>(5, 0) = x * directions.basis.row(1) - y * directions.basis.row(0);

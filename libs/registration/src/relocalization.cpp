@@ -1,13 +1,14 @@
-// Finds where a frame lies on a reference after a registration from the expected pose has failed (own).
+// Finds the pose of a frame on a reference after a registration from the expected pose has failed. This is
+// not in the papers.
 //
-// coarse_starts() proposes up to six poses at which the textures agree. A registration of at most
-// kStartIterations steps refines each of them, and verify_registered() judges it as a pose that nothing else
-// suggests; farther than kMinPeriodMm from the expected pose, all motions but z must be observable, too. Of
-// the candidates that pass, the one with the smallest residual of normals is taken.
+// coarse_starts() proposes at most six poses at which the textures agree. Each is refined by a registration
+// of at most kStartIterations steps, and tested by verify_registered() with PlacePrior::unknown. If it is
+// farther than kMinPeriodMm from the expected pose, all its motions except z must be observable. Of the
+// candidates that pass, the one with the smallest residual of the normals is accepted.
 //
 // The status is `ambiguous` if another pose, farther away than half a period along an observable axis, fits
-// nearly as well (VerificationOptions::rival_residual). Without any candidate the failed registration is
-// returned. A place beyond the 20 degrees of twist that coarse_starts() searches is not found.
+// nearly as well (VerificationOptions::rival_residual). If no candidate passes, the failed registration is
+// returned. A pose whose twist differs from the expected one by more than about 20 degrees is not found.
 
 #include "gelslam/registration/relocalization.hpp"
 
@@ -17,10 +18,10 @@
 namespace gelslam {
 namespace {
 
-constexpr int kStartIterations = 15;  // Where a start is right, registration is there in fewer.
+constexpr int kStartIterations = 15;  // from a right initial pose, fewer suffice
 
-/// The difference between two poses of the target, along the target's axes: how the shared center moves, and
-/// the turn.
+/// The difference between two poses of the target in the axes of the target: the motion of the shared center,
+/// and the rotation vector times kMmPerRad.
 struct Difference {
   Eigen::Vector3d shift_mm, turn_mm;
 };
@@ -31,15 +32,16 @@ Difference difference(const RegistrationResult& from, const Pose& to) {
           kMmPerRad * so3_log(to.linear() * pose.linear().transpose())};
 }
 
-/// Returns the larger of how far the shared center lies from where it was expected, and by how much it
-/// turned.
+/// Returns how far a pose is from the expected one: the larger of the motion of the shared center and of the
+/// rotation times kMmPerRad, in mm.
 double distance_mm(const RegistrationResult& found, const Pose& expected) {
   const Difference d = difference(found, expected);
   return std::max(d.shift_mm.norm(), d.turn_mm.norm());
 }
 
-/// Says whether another pose is another place: it is farther away than half a period of the finest pattern.
-/// Only axes that are observable count, because a pose further along a ridge is no other place.
+/// Returns whether another pose is at another place: it differs by more than half of the shortest period
+/// along an observable axis. Axes that are not observable do not count, because a pose that is shifted along
+/// a ridge, for example, shows the same place.
 bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   const Difference d = difference(result, other);
   for (int axis = 0; axis < 3; ++axis) {
@@ -50,8 +52,8 @@ bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   return false;
 }
 
-/// Says whether all motions are observable but that along z, which comes from the heights. If one is not, the
-/// part of the object that the target shows is not known.
+/// Returns whether all motions except z, which follows from the heights, are observable. Otherwise the pose
+/// does not determine which part of the object the target shows.
 bool is_located(const RegistrationResult& registration) {
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
     if (axis != 2 && !registration.observable[axis]) return false;
@@ -79,7 +81,7 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   RegistrationResult best =
       *std::min_element(candidates.begin(), candidates.end(),
                         [](const auto& a, const auto& b) { return a.normal_rmse_rad < b.normal_rmse_rad; });
-  // Differences that are smaller than the noise of normals say nothing.
+  // Residuals below the noise of normals cannot be distinguished.
   const double rival_rmse_rad =
       options.rival_residual * std::max(best.normal_rmse_rad, shared_noise(reference.surface(), target) *
                                                                   normal_flow.normal_noise_rad);

@@ -1,3 +1,13 @@
+// Compares the gradients of the normals of two registered surfaces, to find out along which motions they
+// share texture and along which there is only noise. This is not in the papers.
+//
+// Let J_k be the Jacobian (3x5) of the normal at sample k by the five parameters of the motion, from the
+// gradients of the reference's normals, and J'_k the same from those of the target's normals.
+// compare_texture() returns H = sum w JᵀJ, to which texture and noise contribute; C = the symmetric part of
+// sum w JᵀJ', to which only texture contributes, because the noise of two frames is independent; and G, the
+// contribution to H of a gel pattern that changes the normals by a given angle per mm (docs/algorithms.md,
+// "What both surfaces show").
+
 #include <algorithm>
 
 #include "normal_flow_reference.hpp"
@@ -8,11 +18,11 @@ namespace {
 
 Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
-using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
+using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // by which a normal changes
 using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 
-/// Returns how a normal `n` moves with the five parameters, where the surface's normal changes by dx and dy
-/// per mm along the reference's x and y.
+/// Returns the derivatives of the normal `n` by the five parameters. `dx`, `dy`: the change of the normal per
+/// mm along x and y of the reference; `motion`: the motion of the sample in the reference's picture.
 SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
                            const Eigen::Vector3f& dy) {
   using Row = Eigen::Map<const Eigen::Matrix<float, 1, kParameters>>;
@@ -21,9 +31,10 @@ SampleJacobian jacobian_of(const PictureMotion& motion, const Eigen::Vector3f& n
   return jacobian;
 }
 
-/// Returns the information matrix that a gel pattern with a gradient of 1 rad/mm would have.
-/// `moments`: the weighted sum of the outer products of the samples (x, y, z, 1). A sample moves along x by
-/// (z, -y, 1) with (ry, rz, tx), and along y by (-z, x, 1) with (rx, rz, ty).
+/// Returns the contribution of a gel pattern to the information matrix, for a pattern that changes the
+/// normals by 1 rad/mm along x and y. `moments`: the weighted sum of the outer products of the vectors (x, y,
+/// z, 1) of the samples. The derivatives of a sample's x by (ry, rz, tx) are (z, -y, 1), and those of its y
+/// by (rx, rz, ty) are (-z, x, 1).
 Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
   Eigen::Matrix<double, kParameters, 4> along_x = Eigen::Matrix<double, kParameters, 4>::Zero(),
                                         along_y = along_x;
@@ -42,7 +53,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
-  constexpr std::size_t kEnoughSamples = 1000;  // They suffice to distinguish texture from noise.
+  constexpr std::size_t kEnoughSamples = 1000;  // so many suffice to distinguish texture from noise
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
@@ -51,7 +62,8 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     const cv::Point at = lookup.pixel(lookup.warped_mm(k));
     if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
 
-    // Along the reference's x and y the point moves on the surface, so its z changes too.
+    // The change of the target's normal per mm along x and y of the reference, turned back to the axes of the
+    // reference. The point stays on the surface, so its z changes by the slope.
     const float facing = std::max(s.nz[k], kMinFacing);
     const float slope_x = -s.nx[k] / facing, slope_y = -s.ny[k] / facing;
     const NormalGradient gradient = normal_gradient(target.normals, at);

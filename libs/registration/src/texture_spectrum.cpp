@@ -1,3 +1,8 @@
+// Correlates the curvature maps of two contacts at all shifts at once, by fast Fourier transforms. The
+// normalized cross-correlation over the pixels that both contacts cover follows Padfield, "Masked object
+// registration in the Fourier domain" (IEEE TIP 2012); as the mean of each map over its own contact is
+// removed in advance, it is not recomputed for each overlap.
+
 #include "texture_spectrum.hpp"
 
 #include <Eigen/Geometry>
@@ -57,7 +62,7 @@ CoarseTexture CoarseTexture::turned(double angle_rad) const {
   CoarseTexture result;
   result.pixel_pitch_mm = pixel_pitch_mm;
   result.mask.create(static_cast<int>(size.y()) + 2, static_cast<int>(size.x()) + 2);
-  // The texture is moved by whole pixels, so that what is not turned is not blurred.
+  // The texture is shifted by whole pixels, so that a texture with the angle 0 is not blurred.
   const Eigen::Vector2d room((result.mask.cols - mask.cols) / 2, (result.mask.rows - mask.rows) / 2);
   const Eigen::Vector2d moved = turn * corner_px(mask) - corner_px(mask) + room;
   const cv::Matx23d turn_px(turn(0, 0), turn(0, 1), moved.x(), turn(1, 0), turn(1, 1), moved.y());
@@ -102,7 +107,7 @@ namespace gelslam {
 using namespace registration::detail;
 
 double self_similarity(const Surface& surface) {
-  constexpr double kMinShared = 0.5;  // Fewer pixels correlate by chance.
+  constexpr double kMinShared = 0.5;  // fewer pixels could correlate by chance
   if (surface.contact_pixels == 0) return 0.0;
   const CoarseTexture texture(surface);
   if (texture.pixels < 1) return 0.0;

@@ -1,14 +1,16 @@
-// Decides whether two registered surfaces show the same place (own; docs/algorithms.md, Verification).
+// Decides whether two surfaces show the same place (docs/algorithms.md, Verification). Except for the
+// registration, this is not in the papers. There are four tests:
 //
-// The tests follow a registration that converged with enough shared curvature (SCR) and agreeing curvature
-// (CCS; Huang, Kaess, Yuan, RA-L 2024). Texture: the correlation of both curvatures without their means over
-// the shared contact, with a limit that is the higher the less was known of the pose; none for an odometry
-// prior. Free space: the share of either contact that would lie inside gel that the other frame saw bare.
-// Self-similarity, before the registration: a surface that looks like itself after a shift proves no place,
-// unless the prior knows the pose to kObservableSigmaMm.
+// 1. Self-similarity: a surface that looks like itself after a shift cannot prove a place. It is rejected,
+//    unless the pose is already known with a standard deviation of at most kObservableSigmaMm.
+// 2. Registration: it has to converge, with enough shared curvature (SCR) and agreeing curvatures (CCS;
+//    Huang, Kaess, Yuan, RA-L 2024).
+// 3. Texture: the correlation coefficient of both curvatures over the shared contact has to exceed a limit,
+//    which is higher the less was known of the pose. There is no limit for an odometry prior.
+// 4. Free space: only a small part of either contact may lie inside gel that the other frame saw bare.
 //
-// Two places with the same texture and surroundings within one contact cannot be told apart here.
-// Loops are therefore compared with each other as well (backend/src/loop_layers.cpp).
+// Two places that have the same texture over a whole contact cannot be distinguished here. Loops are
+// therefore also compared with each other (backend/src/loop_layers.cpp).
 
 #include "gelslam/registration/verification.hpp"
 
@@ -24,18 +26,18 @@ namespace {
 
 using namespace registration::detail;
 
-// The largest share of two contacts that lies in the other's bare gel by chance: on clean logs, rendered and
-// real, none is as large.
+// The largest fraction of two contacts that may lie in bare gel of the other frame. On rendered and real logs
+// without errors it is always smaller.
 constexpr double kMaxContradicted = 0.1;
 
-/// Counts every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many
-/// of these would lie inside its bare gel.
+/// The number of pixels of one contact (every kTextureShrink-th along both axes) that fall on the picture of
+/// the other frame, and how many of these would lie inside its bare gel.
 struct ProjectedContact {
   int all = 0, in_bare_gel = 0;
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  constexpr double kToleranceMm = 0.15;  // heights and the membrane rim err by less
+  constexpr double kToleranceMm = 0.15;  // the errors of heights, and of the draped gel, are smaller
   const double tolerance_mm = kToleranceMm * shared_noise(from, onto);
   const CameraModel onto_camera = onto.camera();
   ProjectedContact projected;
@@ -51,8 +53,8 @@ ProjectedContact project_contact(const Surface& from, const Surface& onto, const
   return projected;
 }
 
-/// Returns the share (0..1) of either contact, as far as the other picture covers it, that would have to lie
-/// inside the bare gel of the other: an object there would have been felt.
+/// Returns the fraction (0..1) of both contacts that would lie inside bare gel of the other frame, of those
+/// parts that the other picture covers. An object there would have been felt.
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
   const ProjectedContact there = project_contact(reference, target, target_T_reference),
                          back = project_contact(target, reference, target_T_reference.inverse());
@@ -66,8 +68,9 @@ double min_texture_correlation(PlacePrior prior, const VerificationOptions& opti
                                              : options.sure_texture_correlation;
 }
 
-/// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
-/// question is put the other way round.
+/// Returns whether a registration that failed for its small overlap succeeds with the roles of the surfaces
+/// exchanged. SCR is the fraction of the reference that the target shows, and is small if a small target lies
+/// entirely in the reference. Then the fraction of the target that the reference shows has to be tested.
 bool shows_all_of(const NormalFlowReference& target, const NormalFlowReference& reference,
                   const RegistrationResult& result, const NormalFlowOptions& options) {
   return result.status == RegistrationStatus::too_little_overlap &&

@@ -6,13 +6,16 @@
 namespace gelslam {
 namespace {
 
-/// Returns the radius, in half picture widths, up to which the lens bends rays farther out.
+// The lens is modeled by one coefficient of radial distortion: a point at the distance r from the principal
+// point, in half picture widths, appears at r (1 + k1 r²).
+
+/// Returns the largest r, in half picture widths, up to which r (1 + k1 r²) grows with r.
 double last_radius(double k1) {
   return k1 < 0 ? std::sqrt(-1 / (3 * k1)) : std::numeric_limits<double>::infinity();
 }
 
-/// Solves r (1 + k r²) = `radius` for r by Newton's method, which comes from one side: the function is convex
-/// or concave.
+/// Solves r (1 + k1 r²) = `radius` for r by Newton's method. It converges monotonically, because the function
+/// is convex or concave.
 double undistorted(double radius, double k1) {
   constexpr int kSteps = 20;
   const double last = last_radius(k1);

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int16_t kNoContact = std::numeric_limits<std::int16_t>::min();
 
-/// Says whether a point is close to the height there, so that it does not lie on the object's other side.
+/// Returns whether a point is close enough to the height of the surface at its pixel. If it is not, it lies
+/// on the other side of the object, for example.
 bool is_close(const Eigen::Vector3d& point_mm, float height_mm) {
   constexpr double kToleranceMm = 0.5;
   return std::abs(point_mm.z() - static_cast<double>(height_mm)) < kToleranceMm;
@@ -32,7 +33,7 @@ ContactExtent extent_of(const std::vector<Eigen::Vector3d>& points_mm) {
 }
 
 bool may_overlap(const ContactExtent& a, const ContactExtent& b, const Pose& a_T_b) {
-  constexpr double kMinFacing = 0.3;  // cosine between the directions of two touches
+  constexpr double kMinFacing = 0.3;  // the cosine between the z axes of two sensors
   return a_T_b.linear()(2, 2) >= kMinFacing &&
          (a_T_b * b.center_mm - a.center_mm).norm() < a.radius_mm + b.radius_mm;
 }

@@ -1,3 +1,6 @@
+// Packs surfaces for memory and files: the maps are quantized, predicted from their neighbors as in JPEG-LS
+// (Weinberger et al. 2000), and compressed with zlib. docs/file-formats.md describes the layout.
+
 #include "gelslam/surface/packed_surface.hpp"
 
 #include <zlib.h>
@@ -19,13 +22,13 @@ constexpr std::size_t kShortPlanes = 4;   // nx, ny, height, curvature
 constexpr std::size_t kCoarsePlanes = 3;  // nx, ny, height
 constexpr int kCellPx = 4;
 
-/// The header follows the magic and the checksum of all that follows. It is little-endian, as all machines
-/// that we build for.
+/// The header follows the magic number and the checksum, which covers everything behind it. Numbers are
+/// little-endian, as on all machines for which the program is built.
 struct PackedHeader {
   std::uint16_t width = 0, height = 0;
   std::uint16_t box_x = 0, box_y = 0, box_width = 0, box_height = 0;
   std::uint8_t zero_is_bare_gel = 0, has_confidence = 0;
-  std::uint16_t has_optics = 0;  ///< then SensorOptics follow the header, in its order
+  std::uint16_t has_optics = 0;  ///< 1 if the members of SensorOptics follow the header, in their order
   std::uint32_t contact_pixels = 0;
   float slope_sigma_ratio = 1, slope_noise_ratio = 1;
   float center_x_mm = 0, center_y_mm = 0;
@@ -72,8 +75,8 @@ std::int16_t steps(float value, float step) {
                                    std::copysign(0.5F, number));  // std::lround() is a call per pixel
 }
 
-/// Predicts a value by the median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors
-/// that are known already make of a value.
+/// Predicts a value from its three neighbors that are decoded already, by the median edge detector of
+/// JPEG-LS.
 int predicted(int left, int above, int corner) {
   if (corner >= std::max(left, above)) return std::min(left, above);
   if (corner <= std::min(left, above)) return std::max(left, above);
@@ -94,8 +97,9 @@ void predict_all(cv::Mat_<std::int16_t>& plane, Visit&& visit) {
   }
 }
 
-/// Appends differences from the prediction, small ones of either sign as small numbers; low bytes, then high
-/// bytes.
+/// Appends a plane to the uncompressed bytes: the differences between the values and their predictions,
+/// mapped to unsigned numbers so that small differences of either sign become small numbers. The low bytes of
+/// all pixels come first, then the high bytes.
 void append_plane(cv::Mat_<std::int16_t>& plane, std::string& planes) {
   const std::size_t pixels = plane.total();
   planes.resize(planes.size() + 2 * pixels);
@@ -119,7 +123,7 @@ cv::Mat_<std::int16_t> read_plane(const std::string& planes, std::size_t begin, 
   return plane;
 }
 
-/// Returns a box of the contact and a little around it, in whole cells.
+/// Returns the bounding box of the contact, enlarged to whole cells and by one cell on each side.
 cv::Rect detailed_box(const cv::Mat1b& contact) {
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return {};
@@ -136,7 +140,7 @@ cv::Rect cell_at(int column, int row, cv::Size size) {
   return cv::Rect(kCellPx * column, kCellPx * row, kCellPx, kCellPx) & cv::Rect({}, size);
 }
 
-/// Appends means over the cells beyond the box: there the gel is smooth.
+/// Appends the coarse planes: means over the cells outside the box, where the gel is smooth.
 void append_coarse_planes(const Surface& surface, const cv::Rect& box, std::string& planes) {
   const cv::Size size = surface.contact.size(), cells = cells_of(size);
   cv::Mat_<std::int16_t> nx(cells, 0), ny(cells, 0), height(cells, 0);
@@ -196,7 +200,8 @@ std::size_t planes_size(const PackedHeader& header) {
   return coarse_size(header) + pixels * (2 * kShortPlanes + 1 + (header.has_confidence ? 1 : 0));
 }
 
-/// Returns the normal of two components as they were rounded. One along the gel stays one with a slope.
+/// Returns the unit normal with the given rounded components. If rounding has made them as long as a unit
+/// vector, they are shortened, so that z remains positive and the slope finite.
 cv::Vec3f normal_of(float x, float y) {
   const float z2 = 1.0F - x * x - y * y;
   if (z2 >= PackedSurface::kNormalStep) return {x, y, std::sqrt(z2)};
@@ -258,7 +263,7 @@ std::string deflated(const std::string& planes) {
 }
 
 std::string inflated(const std::string& bytes, std::size_t begin, std::size_t expected) {
-  constexpr std::size_t kMaxInflation = 1100;  // of zlib: a damaged header must not take all memory
+  constexpr std::size_t kMaxInflation = 1100;  // the most that zlib can do; guards against damaged headers
   if (expected / kMaxInflation > bytes.size()) throw Error("damaged: its planes are incomplete");
   std::string planes(expected, '\0');
   uLongf size = static_cast<uLongf>(expected);

@@ -10,8 +10,8 @@ namespace gelslam {
 
 struct StoredSurface::Entry {
   std::mutex mutex;
-  SurfacePtr as_it_is;  ///< never packed, or not yet
-  bool to_be_packed = false;
+  SurfacePtr as_it_is;        ///< the surface as it was given; null once it has been packed
+  bool to_be_packed = false;  ///< `as_it_is` is released as soon as the packed surface exists
   std::optional<PackedSurface> packed;
   /// The unpacked surface, 1.7 MB at 320x240. A few dozen of them stay in memory, because loop closure and
   /// refinement use the same keyframes again and again.

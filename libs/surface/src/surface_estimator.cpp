@@ -1,3 +1,10 @@
+// Computes the surface of the gel from a picture, as described in NormalFlow (Huang et al., RA-L 2024, §III)
+// and docs/algorithms.md. The steps are: repair damaged pixels; convert the picture to the light of the
+// background; find where it differs from the background; let the gradient model read the slopes there, minus
+// those that it reads in the background; resample them to the rectified grid; integrate them (Poisson
+// equation); correct the heights by the bare gel; find the contact; compute normals, confidence and
+// curvature. Only the gradient model and the Poisson equation are in the papers.
+
 #include "gelslam/surface/surface_estimator.hpp"
 
 #include <algorithm>
@@ -45,8 +52,8 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   return background;
 }
 
-/// Returns the mean square, per axis, of the slopes that a model reads of the bare gel, less those of its
-/// dome.
+/// Returns the mean square per axis of the slopes that a model reads in the background, minus the slopes of
+/// the domed gel: the squared error of the model on bare gel.
 double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& camera) {
   constexpr int kStepPx = 8;
   double squared = 0, count = 0;
@@ -59,10 +66,11 @@ double mean_square_on_bare_gel(const GradientMap& gradient, const CameraModel& c
   return squared / count;
 }
 
-/// Returns Surface::slope_sigma_ratio: at least 1, because the smoothing by the gel is the larger error of a
-/// better model. A model of another sensor errs in contacts about as much as on the bare gel. Networks of
-/// five sensors read slopes of 0.03 to 0.05 on their own bare gel, and their scale is 2 to 6 % off. Networks
-/// of other sensors read 0.21 to 0.36, and their scale is 11 to 30 % off, differently over the gel.
+/// Returns Surface::slope_sigma_ratio, from the uncertainty that the model states and from the slopes that it
+/// reads in the background. The latter are a measure of the error in contacts, too: networks of five sensors
+/// read slopes of 0.03 to 0.05 on the bare gel of their own sensor, where the scale of their slopes is 2 to 6
+/// % off; on other sensors they read 0.21 to 0.36, and the scale is 11 to 30 % off, differently over the gel.
+/// The result is at least 1, because for a better model the smoothing by the gel is the larger error.
 double slope_sigma_ratio_of(const SlopeUncertainty& uncertainty, const GradientMap& gradient,
                             const CameraModel& camera, double slope_noise_ratio) {
   const double stated = std::max(1.0, relative_sigma(uncertainty)),
@@ -80,7 +88,7 @@ CameraModel camera_of(const GradientModel& model, cv::Size picture, const Surfac
   return {picture, options.pixel_pitch_mm, optics};
 }
 
-// Runs the stages in order; keeps the work buffers and the light of the last frame.
+// Holds the stages, their work buffers, and what is remembered of the last frame: its light and contact.
 struct SurfaceEstimator::Impl {
   Impl(const GradientModel& model, const cv::Mat3b& background_image, const SurfaceOptions& surface_options)
       : options(surface_options),
@@ -100,9 +108,10 @@ struct SurfaceEstimator::Impl {
         contact_detector(options.pixel_pitch_mm),
         everywhere(all_blocks(size)) {}
 
-  // Fills colors (the table that takes gray levels to the background's light) and changed_blocks (where the
-  // gradient is needed). Returns the picture to which colors apply: `bgr` itself, or a copy without the field
-  // of the light.
+  // Estimates the light, and computes `changed_blocks`, the blocks that differ from the background and whose
+  // slopes have to be read, and `colors`, the table that converts gray levels to the background's light.
+  // Returns the picture to which that table applies: `bgr` itself, or, if the light is uneven, a copy that is
+  // converted already.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     if (options.compensate_light) light = light_tracker.update(blocks, touched_blocks);
@@ -115,7 +124,9 @@ struct SurfaceEstimator::Impl {
     return even;
   }
 
-  // Returns relief in mm, 0 on the untouched gel. The slopes become the surface's own, on the rectified grid.
+  // Integrates the slopes and corrects the result by the bare gel. Returns the relief (see HeightIntegrator)
+  // in mm, which is 0 on bare gel. Afterwards gx and gy are the gradient of the surface on the rectified
+  // grid.
   cv::Mat1f relief_from_gradient() {
     gx = rectified_grid.resample(gx);
     gy = rectified_grid.resample(gy);
@@ -127,26 +138,30 @@ struct SurfaceEstimator::Impl {
     return integrator.relief_mm(relief_px);
   }
 
-  // Also sets all maps to zero if the picture cannot be one of a gel.
+  // Finds the contact. `bend` is the divergence of the gradient. If the depth shows that the picture is not
+  // one of a gel, all maps are set to zero.
   cv::Mat1b contact_of(cv::Mat1f& relief_mm, const cv::Mat1f& bend) {
     cv::Mat1b contact, changed_px(size);
     if (!bare_gel_seen) spread_blocks(changed, changed_px);
     contact_detector.detect(relief_mm, bend, changed_px,
                             {slope_noise_ratio, slope_sigma_ratio, scatter_mm, bare_gel_seen}, contact);
     rectified_grid.remove_beyond(contact);
-    // Light that is not followed altogether leaves less color than any touch: 2 degrees of slope.
+    // In a real contact some block differs from the background by more than this many gray levels, which
+    // correspond to a slope of 2 degrees. What remains of a change of light is smaller.
     constexpr float kMinLevels = 4;
     if (std::none_of(blocks.begin(), blocks.end(),
                      [](const cv::Vec3f& color) { return color.dot(color) > kMinLevels * kMinLevels; }))
       contact = 0;
-    constexpr double kThickest = 0.25;  // of the narrow side: no gel is so thick (a test picture)
+    // No gel is thicker than this fraction of the shorter side of the picture. In a test picture of a camera,
+    // for example, the mean depth is larger.
+    constexpr double kThickest = 0.25;
     const double thickest_mm = kThickest * std::min(size.width, size.height) * options.pixel_pitch_mm;
     if (cv::mean(relief_mm, contact)[0] < -thickest_mm)
       for (cv::Mat* map : std::initializer_list<cv::Mat*>{&relief_mm, &gx, &gy, &contact}) map->setTo(0);
     return contact;
   }
 
-  // Remembers the blocks that the next frame's light must not be read from.
+  // Remembers the blocks of the contact with a margin. The light of the next frame is estimated without them.
   void remember_contact(const cv::Mat1b& contact) {
     cv::Mat1b contact_blocks;
     gather_blocks(contact, contact_blocks);
@@ -158,7 +173,7 @@ struct SurfaceEstimator::Impl {
   cv::Size size;
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
-  Light light;  // of the last picture
+  Light light;  // the light of the last picture
   GradientMap gradient;
   double slope_noise_ratio;
   CameraModel camera;
@@ -166,15 +181,15 @@ struct SurfaceEstimator::Impl {
   HeightIntegrator integrator;
   SlopeUncertainty uncertainty;
   double slope_sigma_ratio;
-  cv::Mat1b confidence;  // Surface::confidence where all is contact
+  cv::Mat1b confidence;  // the confidence that each pixel has if it is in contact and not steep
   BareGelLeveler leveler;
   ContactDetector contact_detector;
   BlockAverager averager;
   ChangeDetector change_detector;
   ColorTable colors{};
-  cv::Mat3f blocks;   // block means, then their difference to the background
-  cv::Mat3b even;     // the picture in the background's light, where the light is uneven
-  cv::Mat1b changed;  // blocks of the rectified grid
+  cv::Mat3f blocks;   // the block means of the picture, then their difference to the background
+  cv::Mat3b even;     // the picture converted to the background's light, if the light is uneven
+  cv::Mat1b changed;  // changed_blocks, resampled to the rectified grid
   cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
@@ -213,13 +228,14 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->contact = self.contact_of(surface->height_mm, bend);
   self.integrator.to_height(surface->height_mm);
   surface->contact_pixels = cv::countNonZero(surface->contact);
-  surface->slope_sigma_ratio = static_cast<float>(self.slope_sigma_ratio);  // as a packed surface keeps it
+  surface->slope_sigma_ratio = static_cast<float>(self.slope_sigma_ratio);  // rounded as in PackedSurface
   surface->slope_noise_ratio = static_cast<float>(self.slope_noise_ratio);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   cv::Mat1b unread;
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty()) {
-    // Curvature and the change of normals are differences of neighbors.
+    // Curvature and the gradients of the normals are differences between neighbors, so one more pixel around
+    // the interpolated ones counts as unread.
     cv::dilate(self.rectified_grid.resample(covered) > 0, unread, cv::Mat());
     surface->confidence.setTo(1, unread & surface->contact);
   }

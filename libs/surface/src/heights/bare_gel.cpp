@@ -15,33 +15,38 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr int kCellPx = 2 * kBlockPx;
-constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
-constexpr float kBareSlopeRad = 0.01F;     // slope that a region of unchanged color may have
+constexpr int kCellPx = 2 * kBlockPx;      // the side of a cell
+constexpr int kCellSquares = kCellPx / 2;  // the side of a cell in 2x2-pixel squares of PoissonSolver
+// The standard deviation of the slope in a cell of unchanged color, and of the height of bare gel.
+constexpr float kBareSlopeRad = 0.01F;
 constexpr double kBareHeightMm = 0.00951;
-constexpr double kSlopePatchMm = 0.5072;  // length over which errors of slopes are correlated
-constexpr double kMinBareShare = 0.01;    // of the picture: less bare gel is no reference of the height
-constexpr float kUsualSlopeRad = 0.25F;   // slope in a contact whose error is the usual one
-// If the slopes on one flank of a contact are read too flat, the bare gel beyond it is integrated too low.
-// With a sensor's own model the error is up to this share of the contact's depth, and at least 0.02 mm; with
-// a model of another sensor it is up to three to four times as large. Gel under a pressed face lies lower
-// than that.
+// The length over which the errors of slopes are correlated.
+constexpr double kSlopePatchMm = 0.5072;
+// If less than this fraction of the picture is bare gel, it cannot serve as the reference of the heights.
+constexpr double kMinBareShare = 0.01;
+// The slope at which the error of a slope in a contact has the standard deviation of changed_variance_.
+constexpr float kUsualSlopeRad = 0.25F;
+// If the slopes on one flank of a contact are read too flat, the bare gel beyond it is integrated too low, by
+// at most this fraction of the depth of the contact or 0.02 mm, whichever is larger. With a model of another
+// sensor the error is up to four times as large (slope_sigma_ratio). Gel below that limit is pressed.
 constexpr float kMaxFall = 0.11F;
 constexpr double kMinFallMm = 0.01902;
-// Gel that was bare in the frame before is taken as pressed only if it lies lower by this factor. Otherwise
-// the result would alternate in a picture that stands still. The field of a coin lies at half of the depth of
-// its rim, which is 1.25 times the limit.
+// For gel that was bare in the frame before, the limit is larger by this factor. Otherwise the result could
+// alternate between frames in which nothing moves. The field of a coin, at half of the depth of its rim, lies
+// lower by 1.25 times the limit, so it is recognized as pressed nevertheless.
 constexpr float kStaysBare = 1.2F;
 
-constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
+constexpr int kPanel = 4 * kLanes;  // the number of columns for which the vector registers suffice
 
-/// Solves a symmetric band system by Cholesky decomposition; x: the right side, then the solution, and stride
-/// zeros. Row i of the band has 2 stride numbers: columns i .. i + stride - 1, then zeros.
+/// Solves A x = b for a symmetric, positive definite band matrix A by Cholesky decomposition, in place. Row i
+/// of `band` has 2 stride numbers: the elements of A in the columns i to i + stride - 1, then zeros. `x`
+/// holds the `count` elements of b, which become those of x, and then `stride` zeros.
 GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
   for (int i = 0; i < count; ++i) {
     float* const row = band + 2 * i * stride;
     for (float* part = row; part != row + stride; part += kPanel) {
-      // Two sums: a processor adds to one while the other waits. What was computed last comes last.
+      // Two independent sums, because a processor can add to one while it waits for the other. The row that
+      // was computed last is subtracted last.
       Lanes sum[2][kPanel / kLanes] = {}, other;
       std::memcpy(sum, part, sizeof sum[0]);
       const auto subtract = [&](int j, Lanes* from) {
@@ -106,15 +111,16 @@ void BareGelLeveler::mark_unchanged(const cv::Mat1b& changed) {
       if (changed(row, column) != 0) bare_(row / kBlocks, column / kBlocks) = 0;
 }
 
-/// Removes from bare_ the connected regions that are pressed. Returns false if there are none. The gel hardly
-/// rises above its rest height, so the highest cells have the height of bare gel.
+/// Removes from bare_ the connected regions that a flat face presses down, and returns false if there are
+/// none. The reference is the height of the highest cells, because gel hardly rises above its level at rest.
+/// `heights`: the heights of the cells in pixels, divided by slope_noise_ratio.
 bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   const float highest = highest_of(heights);
   const float lowest = *std::min_element(heights.begin(), heights.end());
   const float fall = slope_error_ * std::max(kMaxFall * (highest - lowest), min_fall_px_);
 
   struct Piece {
-    float height = 0, cells = 0, were_bare = 0;  // sums
+    float height = 0, cells = 0, were_bare = 0;  // sums over the cells of a connected region
   };
   std::vector<Piece> pieces(static_cast<std::size_t>(cv::connectedComponents(bare_, labels_, 4, CV_32S)));
   for (int row = 0; row < grid_.height; ++row)
@@ -139,8 +145,8 @@ bool BareGelLeveler::remove_pressed(const cv::Mat1f& heights) {
   return removed;
 }
 
-/// Computes the mean of each cell, divided by slope_noise_ratio. The last row and column of cells may reach
-/// beyond the picture.
+/// Computes the mean of the squares in each cell, divided by slope_noise_ratio, so that the constants above
+/// hold for every model. The last row and column of cells may reach beyond the picture.
 void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells) {
   cv::copyMakeBorder(squares, fine_, 0, grid_.height * kCellSquares - squares.rows, 0,
                      grid_.width * kCellSquares - squares.cols, cv::BORDER_REPLICATE);
@@ -148,14 +154,14 @@ void BareGelLeveler::shrink_to_cells(const cv::Mat1f& squares, cv::Mat1f& cells)
   cells /= noise_;
 }
 
-/// Returns the 99 % quantile of the heights.
+/// Returns the 99th percentile of the heights.
 float BareGelLeveler::highest_of(const cv::Mat1f& heights) {
   scratch_.assign(heights.begin(), heights.end());
   return quantile_in_place(scratch_, 1 - kMinBareShare);
 }
 
-/// Integrates the heights of the cells, up to a constant, with errors of slopes that are proportional to
-/// them: a slope of kUsualSlopeRad has the usual error.
+/// Integrates the heights of the cells by weighted least squares, up to a constant. The standard deviation of
+/// a slope is taken to be proportional to the slope (plus that of bare gel).
 cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
   LineHeights steps;
   shrink_to_cells(lines.along_rows, steps.along_rows);
@@ -173,14 +179,15 @@ cv::Mat1f BareGelLeveler::integrate_where_flat(const LineHeights& lines) {
                                                                   (x * x + y * y) /
                                                                   (kUsualSlopeRad * kUsualSlopeRad);
     }
-  constexpr float kHardly = 1e-4F;  // a weight that makes the solution unique and hardly changes it
+  constexpr float kHardly = 1e-4F;  // a small weight of bare cells, which makes the solution unique
   return solve(steps, variance, kHardly, cv::Mat1f(grid_, 0.0F));
 }
 
-/// Solves for the heights of the cells by least squares: differences of neighbors are `steps` with the
-/// variance of their slopes, and bare cells are `bare_height` with the weight `bare_weight`. The normal
-/// equations are solved by banded Cholesky decomposition, with the cells numbered along the grid's shorter
-/// side.
+/// Solves for the heights of the cells by weighted least squares. The measured height differences between
+/// neighbors are the differences of `steps`, and their variances follow from `variance`, that of the slope in
+/// each cell. Bare cells have the measured height `bare_height` with the weight `bare_weight`. The normal
+/// equations are solved by banded Cholesky decomposition; the cells are numbered along the shorter side of
+/// the grid, which makes the band narrow.
 cv::Mat1f BareGelLeveler::solve(const LineHeights& steps, const cv::Mat1f& variance, float bare_weight,
                                 const cv::Mat1f& bare_height) {
   const bool by_rows = grid_.width <= grid_.height;

@@ -8,34 +8,39 @@
 
 namespace gelslam::surface::detail {
 
-/// Makes integrated heights relative to the bare gel. This step is not in the papers. Gel whose color has not
-/// changed has the height 0, so its integrated height is the accumulated error of the slopes. A smooth
-/// correction d removes it. It minimizes
-///     sum over neighboring cells (d_a - d_b)² / variance of the slope between them
-///   + sum over bare cells (h_a + d_a)² / variance of the height of bare gel,
-/// so that the correction changes most where slopes are least certain. Cells are 8 pixels wide, and the
-/// equations are solved exactly by banded Cholesky decomposition.
+/// Removes the errors of integrated heights, for which it uses that bare gel has the height 0. This step is
+/// not in the papers.
 ///
-/// The gel under a flat face has the color of bare gel, too. It lies below the highest gel by more than the
-/// errors of slopes explain, so a connected region of unchanged gel that lies so low is not bare. A region
-/// that was bare in the last frame has to lie lower than another one to lose this state (hysteresis). For
-/// this question heights are integrated once more, on cells, with slope variances that grow with the slope.
-/// The integration then follows flat gel around a contact instead of its flanks, whose errors are larger.
+/// Input: the heights h from PoissonSolver, whose constant of integration is unknown, and a mask of the gel
+/// whose color has not changed. Such gel is bare, so what the integration gives there is the accumulated
+/// error of the slopes. A smooth correction d is added to the heights, which minimizes
+///     sum over neighboring cells a, b of (d_a - d_b)² / (variance of the height difference between a and b)
+///   + sum over bare cells a of (h_a + d_a)² / (variance of the height of bare gel).
+/// The correction therefore changes most where the slopes are least certain. The cells are 8 pixels wide, and
+/// the normal equations are solved exactly by a banded Cholesky decomposition.
+///
+/// Gel that a flat face presses down has the color of bare gel, too. A connected region of unchanged gel is
+/// therefore taken for pressed if it lies below the highest gel by more than the errors of the slopes
+/// explain. If a region seems pressed, the heights of the cells are integrated again, with variances that
+/// grow with the squared slope, and these heights decide. That integration relies on the flat gel around a
+/// contact rather than on its steep flanks, where the errors are larger. A region that was bare in the frame
+/// before has to lie lower than another one to be taken for pressed (hysteresis).
 class BareGelLeveler {
  public:
-  /// `confidence`: confidence_map(); empty: slopes have the same variance everywhere.
-  /// `slope_noise_ratio`, `slope_sigma_ratio`: those of Surface.
+  /// `confidence`: the map from confidence_map(), or empty if slopes have the same variance everywhere.
+  /// `slope_noise_ratio`, `slope_sigma_ratio`: the members of Surface with these names.
   explicit BareGelLeveler(const CameraModel& camera, const cv::Mat1b& confidence = {},
                           double slope_noise_ratio = 1, double slope_sigma_ratio = 1);
 
   struct Result {
-    /// There is enough bare gel. Otherwise the object covers the picture, and the highest cells get the
-    /// height 0.
+    /// True if there is enough bare gel. Otherwise the object covers the whole picture, and the heights are
+    /// only shifted so that their 99th percentile is 0.
     bool seen = false;
     float scatter_px = 0.0F;  ///< standard deviation of the heights of bare gel, in pixels
   };
-  /// `height_px` (as PoissonSolver::solve() returns it) in place; `changed`: a block mask (block_grid()), 0
-  /// where the picture shows no change; `slopes`: what has solved for the heights.
+  /// Corrects `height_px` in place. It holds what PoissonSolver::solve() returned: the heights of 2x2-pixel
+  /// squares in pixels. `changed`: a mask of blocks (see block_grid()), 0 where the picture has not changed;
+  /// `slopes`: the solver that returned the heights.
   Result level(cv::Mat1f& height_px, const cv::Mat1b& changed, const PoissonSolver& slopes);
 
  private:

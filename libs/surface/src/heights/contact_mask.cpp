@@ -9,22 +9,29 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// L: gel beside 76 presses of balls on two sensors falls off by 1/e over 0.6 to 0.75 mm.
+// The length L of ContactDetector. Beside 76 presses of balls on two sensors, the depth of the gel falls by a
+// factor e over 0.6 to 0.75 mm.
 constexpr double kRimLengthMm = 0.7;
-// Half way between the gel beside an object (0) and gel under a flat face (1).
+// The smallest pressure in a contact divided by the depth: half way between gel that is draped beside an
+// object (0) and gel under a flat face (1).
 constexpr double kPressedShare = 0.5;
-// Noise of the curvature is averaged over this, and no more: wider averages take the rim for contact.
+// The standard deviation of the Gaussian that averages the noise of the curvature. A wider one would take
+// draped gel at the rim for contact.
 constexpr double kSmoothedMm = 0.15;
-// Specks that are thinner than twice this are noise.
+// Specks of contact that are narrower than twice this length are noise, and are removed.
 constexpr double kSpeckMm = 0.13;
-// Between two faces at a distance of 2.6 L the gel returns half way to rest.
+// The largest hole that is filled. Between two faces at a distance of 2.6 L, the gel returns half way to its
+// level at rest.
 constexpr double kMaxHoleMm2 = 2.6 * kRimLengthMm * 2.6 * kRimLengthMm;
-constexpr double kMinDepthMm = 0.015;  // what the network's own noise integrates to
+// The error of the depth is the largest of three terms: the integrated noise of the gradient model, in mm
+// (for slope_noise_ratio 1); this many standard deviations of the heights of bare gel; and this fraction of
+// the largest depth (for slope_sigma_ratio 1).
+constexpr double kMinDepthMm = 0.015;
 constexpr double kScattersAboveGel = 4;
-// Heights err by this share of the deepest place, if slopes err as those of a sensor's own model do.
 constexpr double kErrorOfDepth = 0.05;
-// The pressure errs by this share of the deepest place with any model: its error is that of the curvature,
-// which no wrong scale or tilt enlarges. 0.02 to 0.05 keep islands out.
+// The error of the pressure is this fraction of the largest depth. It does not depend on the model, because
+// it is caused by the curvature, on which a wrong scale or tilt has no influence. With 0.02 to 0.05, specks
+// of bare gel are kept out of the contact.
 constexpr double kErrorOfPressure = 0.03;
 
 }  // namespace
@@ -53,7 +60,7 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvat
                                     kErrorOfDepth * quality.slope_sigma_ratio * deepest_mm});
   cv::compare(height_mm, -error_mm, below_, cv::CMP_LT);
   contact = cv::Mat1b::zeros(height_mm.size());
-  // The box of all contact, as far as the average of the pressure reaches.
+  // The box that can contain contact, with a margin for the kernel that smooths the pressure.
   const double smoothed_px = kSmoothedMm / pitch_mm_;
   const cv::Rect box =
       grown(cv::boundingRect(below_), static_cast<int>(std::ceil(4 * smoothed_px)), contact.size());
@@ -67,8 +74,8 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvat
   close(below_(box), pressed);
 }
 
-/// Fills small holes where the gel is `below` its level at rest, and removes specks. A hole that reaches the
-/// border is open.
+/// Fills small holes of the contact where the gel is `below` its level at rest, and then removes specks. A
+/// gap that reaches the border of the picture is no hole.
 void ContactDetector::close(const cv::Mat1b& below, cv::Mat1b& contact) {
   cv::findContours(contact, contours_, hierarchy_, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
   holes_ = cv::Mat1b::zeros(contact.size());

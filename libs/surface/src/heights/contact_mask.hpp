@@ -7,7 +7,8 @@
 
 namespace gelslam::surface::detail {
 
-/// The box with a margin, within the image; an empty one stays empty.
+/// Returns the box enlarged by a margin in pixels on all sides and clipped to the image. An empty box stays
+/// empty.
 cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
 
 /// The uncertainty of the heights of one frame.
@@ -19,25 +20,26 @@ struct HeightQuality {
       true;  ///< otherwise the object covers the picture, and the zero of heights is unknown
 };
 
-/// Finds the gel that the object presses down. The model is not in the papers.
+/// Finds the pixels in which the object presses the gel down. This model is not in the papers.
 ///
-/// The gel is modeled as a stretched membrane on an elastic foundation. In units of the foundation's
-/// stiffness its pressure on the object is
-///   p = d - L² Δd = d + L² c,
-/// with d the depth below the gel at rest, c the curvature (the Laplacian of the height) and L the length
-/// over which the gel returns to rest beside an object. Beside the object p is 0; under a flat face p equals
-/// d, and under a convex one it is larger. A pixel is in contact where d exceeds its error and p exceeds half
-/// of d by the error of p. The error of p is a share of the largest depth; without it, islands beside 135
-/// presses of real balls were taken as contact. Where no bare gel is seen, d is unknown, and the contact is
-/// where the color has changed. Small holes of the contact are filled, because the gel that a contact
-/// encloses is touched.
+/// The gel is modeled as a stretched membrane on an elastic foundation. The pressure between gel and object,
+/// divided by the stiffness of the foundation, is
+///   p = d - L² Δd = d + L² c   (in mm),
+/// where d is the depth below the gel at rest, c the Laplacian of the height (in 1/mm), and L the length over
+/// which the gel beside an object returns to its level at rest. Beside the object, where the gel is only
+/// draped, p = 0; under a flat face p = d; under a convex face p > d. A pixel is in contact if d exceeds the
+/// error of the heights, and p exceeds d / 2 by the error of p. That error is a fraction of the largest
+/// depth; without it, specks of bare gel beside 135 presses of real balls were taken for contact.
+///
+/// If no bare gel is seen, d is unknown, and the contact is where the color has changed. Small holes in the
+/// contact are filled, because gel that a contact encloses is touched, too.
 class ContactDetector {
  public:
   explicit ContactDetector(double pixel_pitch_mm);
 
-  /// `height_mm`: relative to the gel at rest, negative in contact; `curvature_per_px`: divergence() of the
-  /// slopes; `changed`: where the picture differs from the background, read where no bare gel is seen. Fills
-  /// `contact` (HxW, 0 or 255).
+  /// Computes `contact` (HxW, 0 or 255). `height_mm`: the height relative to the gel at rest, negative in
+  /// contact; `curvature_per_px`: the divergence() of the gradient, in 1/pixel; `changed`: 255 where the
+  /// picture differs from the background, which is used only if no bare gel is seen.
   void detect(const cv::Mat1f& height_mm, const cv::Mat1f& curvature_per_px, const cv::Mat1b& changed,
               const HeightQuality& quality, cv::Mat1b& contact);
 

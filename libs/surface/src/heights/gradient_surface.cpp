@@ -32,7 +32,7 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& relative_gx, const cv::Mat1f&
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = impl_->camera.pitch_mm;
   surface->optics = impl_->camera.optics;
-  // The gel moves beyond the contact, too.
+  // The gel around a contact is deformed, too. It is taken for bare only where its slope is below this limit.
   constexpr double kStillSlope = 0.02;
   cv::Mat1f slope;
   cv::magnitude(relative_gx, relative_gy, slope);

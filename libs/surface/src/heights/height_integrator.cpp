@@ -5,11 +5,11 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// 1 - g·X / D is the cosine between ray and normal over that of an upright surface: a surface that is seen
-// has a positive one. Noise may read others.
+// The smallest value of 1 - g·X / D. This number is proportional to the cosine between the ray and the
+// normal, so it is positive for a surface that the camera sees. Noisy slopes can make it negative.
 constexpr float kMinFacing = 0.1F;
 
-/// Computes the derivatives of w by rest coordinates from slopes.
+/// Computes the derivatives of w by the rest coordinates, grad w = g / (1 - g·X / D), in one row of pixels.
 GELSLAM_CLONES void derivatives_of_row(const float* gx, const float* gy, const float* x_mm, float y_mm,
                                        float inverse_distance, int length, float* dx, float* dy) {
   for (int u = 0; u < length; ++u) {
@@ -24,7 +24,7 @@ GELSLAM_CLONES void add_row(const float* from, int length, float factor, float* 
   for (int u = 0; u < length; ++u) to[u] += factor * from[u];
 }
 
-/// Computes z = D (exp(w / D) - 1), by the power series, in which D may be infinite.
+/// Replaces w by z = D (exp(w / D) - 1). The power series in 1 / D also holds for an infinite D.
 GELSLAM_CLONES void heights_of_row(float* w, float inverse_distance, int length) {
   for (int u = 0; u < length; ++u) {
     const float t = w[u] * inverse_distance;
@@ -32,7 +32,7 @@ GELSLAM_CLONES void heights_of_row(float* w, float inverse_distance, int length)
   }
 }
 
-/// Computes w = D ln(1 + z / D), with t = z / (2 D + z): 2 D artanh(t).
+/// Replaces z by w = D ln(1 + z / D) = 2 D artanh(t) with t = z / (2 D + z), by the power series of artanh.
 GELSLAM_CLONES void reliefs_of_row(float* z, float inverse_distance, int length) {
   for (int u = 0; u < length; ++u) {
     const float q = 2.0F / (2.0F + z[u] * inverse_distance), t = 0.5F * z[u] * inverse_distance * q,

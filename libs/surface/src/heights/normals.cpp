@@ -60,7 +60,7 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
 
 cv::Mat1f curvature_in_contact(const cv::Mat1f& bend, const cv::Mat1b& contact, double pixel_pitch_mm,
                                const cv::Mat1b& unread) {
-  constexpr int kSmoothedPx = 2;  // to each side: the noise is that of pixels
+  constexpr int kSmoothedPx = 2;  // to each side; the noise of neighboring pixels is independent
   cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;

@@ -1,16 +1,18 @@
-// Heights from a map of gradients: the least-squares solution of the Poisson equation Δh = div g with free
-// (Neumann) borders.
+// Integrates a map of gradients g to heights h: the minimum of the sum of |grad h - g|², which solves the
+// Poisson equation Δh = div g with Neumann (free) boundary conditions, as in photometric stereo and in both
+// papers.
 //
-// Unknowns are the mean heights of squares of 2x2 pixels, a fourth of the pixels. The difference between two
-// neighboring squares is the sum of the edge gradients between their middles, where an edge gradient is the
-// mean of its two pixels'. The cosine transform along rows diagonalizes the discrete Laplacian in u, and
-// leaves one tridiagonal system in v per frequency, which elimination solves exactly. Frequency 0 is singular
-// (the constant is free) and is integrated by itself, in double precision.
+// To save time, the unknowns are the mean heights of squares of 2x2 pixels. The measured gradient between two
+// neighboring pixels is the mean of the gradients of both, and the measured difference between two
+// neighboring squares is the sum of such gradients between their centers. A cosine transform along the rows
+// diagonalizes the discrete Laplacian in that direction and leaves, for each frequency, one tridiagonal
+// system along the columns, which is solved exactly by elimination. The system of frequency 0 is singular,
+// because the constant of integration is free; it is integrated separately, in double precision.
 //
-// Pixels follow from the squares' means and gradients, then two Chebyshev steps of relaxation remove steps
-// between squares. A consistent gradient field comes back exactly. Gradients that contradict each other are
-// averaged: an error of one place bends the heights all around, which is why bare gel is leveled afterwards
-// (bare_gel.cpp).
+// The heights of the pixels follow from the mean heights and the gradients of the squares. Two relaxation
+// steps on the pixels then remove most of the discontinuities between squares. A gradient field without curl
+// is reproduced exactly. Errors of the gradients at one place bend the heights everywhere, and BareGelLeveler
+// corrects them afterwards.
 
 #include "heights/poisson.hpp"
 
@@ -28,8 +30,8 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// Far from the contact values fall below the smallest normal number, with which a processor computes a
-// hundred times as slowly. While this lives, such values are 0.
+// While an object of this class exists, denormal numbers are replaced by 0. Values far from the contact
+// become that small, and a processor computes a hundred times as slowly with denormal numbers.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -45,29 +47,32 @@ class FlushDenormals {
 #endif
 };
 
-// OpenCV's cosine transform takes even lengths; an odd number of squares is solved with the last one doubled.
+// OpenCV's cosine transform requires an even length. For an odd number of squares, the last one is
+// duplicated.
 int even(int length) { return length + length % 2; }
 
 struct GradientRow {
   const float *gx, *gy;
 };
 
-// For squares of four pixels: height differences from the middle of a square half way to its neighbors', so
-// that those of two neighbors add up to what their eight pixels' edge gradients say; and a quarter of how far
-// opposite corners lie above the others.
+// Height differences in a row of squares, in pixels. `rightward` is the part of the step to the right
+// neighbor that the pixels of the square itself contribute, so that rightward[u] + leftward[u + 1] is the
+// measured difference between the squares u + 1 and u; likewise `downward` and `upward` along columns, and
+// `leftward` counts in the direction to the right, `upward` downward. `twist` is a quarter of the difference
+// between the sums of the heights at the ends of the two diagonals of a square.
 struct SquareRow {
   float *rightward, *leftward, *downward, *upward, *twist;
 };
 constexpr int kStepsPerSquare = 5;
 
-// Returns row v of the squares' steps; nothing beyond the image.
+// Returns row v of the squares' height differences, or null pointers if there is no such row.
 SquareRow square_row(cv::Mat1f& steps, int v) {
   const int first = kStepsPerSquare * v;
   if (first < 0 || first >= steps.rows) return {};
   return {steps[first], steps[first + 1], steps[first + 2], steps[first + 3], steps[first + 4]};
 }
 
-// Doubles the last square: there is no difference between the last two.
+// Appends a copy of the last square, with no height difference to the original.
 void double_last(const SquareRow& row, std::size_t squares) {
   const std::size_t last = squares - 1;
   row.leftward[last] = -row.rightward[last - 1];
@@ -75,7 +80,8 @@ void double_last(const SquareRow& row, std::size_t squares) {
   row.upward[last] = row.upward[last - 1];
 }
 
-// Makes squares of two rows of gradients. What is missing of an odd last square is like what is there.
+// Computes the height differences of a row of squares from two rows of gradients. If the width is odd, the
+// last column is used twice.
 GELSLAM_CLONES void join_squares(const GradientRow& upper, const GradientRow& lower, std::size_t width,
                                  const SquareRow& to) {
   const auto join = [&](std::size_t u, std::size_t left, std::size_t right) {
@@ -93,7 +99,7 @@ GELSLAM_CLONES void join_squares(const GradientRow& upper, const GradientRow& lo
   if (width % 2 != 0) join(width / 2, width - 1, width - 1);
 }
 
-// Does the inverse, given the mean heights of the squares.
+// Computes two rows of pixel heights from a row of squares, whose mean heights are `middle`.
 GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, std::size_t squares,
                                   float scale, float* upper, float* lower) {
 #pragma GCC ivdep
@@ -108,8 +114,8 @@ GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, st
   }
 }
 
-// Takes one step of relaxation toward what a pixel's neighbors and the edge gradients between say of it. The
-// picture's border stays.
+// Moves each pixel of a row by `step` times its residual toward the height that its four neighbors and the
+// gradients to them predict (Jacobi relaxation). The pixels at the border of the picture keep their heights.
 GELSLAM_CLONES void relax_row(const float* above, const float* row, const float* below,
                               const GradientRow& middle, const float* gy_above, const float* gy_below,
                               std::size_t width, float scale, float step, float* relaxed) {
@@ -123,7 +129,8 @@ GELSLAM_CLONES void relax_row(const float* above, const float* row, const float*
   relaxed[width - 1] = row[width - 1];
 }
 
-// Computes the divergence of the differences between squares. Nothing flows through the border of the image.
+// Computes the right side of the Poisson equation: the divergence of the height differences between squares.
+// Differences across the border of the image are 0 (Neumann condition).
 GELSLAM_CLONES void square_divergence(const SquareRow& above, const SquareRow& row, const SquareRow& below,
                                       std::size_t squares, float* source) {
   std::fill_n(source, squares, 0.0F);
@@ -135,8 +142,8 @@ GELSLAM_CLONES void square_divergence(const SquareRow& above, const SquareRow& r
     for (std::size_t u = 0; u < squares; ++u) source[u] += row.downward[u] + below.upward[u];
 }
 
-// Solves for the constant along rows: second differences in v alone, integrated twice in double because
-// nothing damps rounding.
+// Solves the system of frequency 0, the mean of each row. Its second differences along the columns are
+// integrated twice, in double precision because rounding errors accumulate.
 void integrate_constant(cv::Mat1f& spectrum) {
   double flux = 0.0, height = 0.0;
   for (int v = 0; v < spectrum.rows; ++v) {
@@ -163,7 +170,7 @@ PoissonSolver::PoissonSolver(cv::Size size)
       const bool border = v == 0 || v + 1 == pivot_.rows;
       pivot = 1.0 / (eigenvalue + (border ? 1.0 : 2.0) - pivot);
       pivot_(v, k) =
-          k == 0 ? 0.0F : static_cast<float>(pivot);  // frequency 0 is singular and solved by itself
+          k == 0 ? 0.0F : static_cast<float>(pivot);  // frequency 0 is singular: integrate_constant()
     }
   }
 }
@@ -225,8 +232,9 @@ cv::Mat1f PoissonSolver::pixels(const cv::Mat1f& squares, float scale) {
   for (int v = 0; v < grid_.height; ++v)
     split_squares(squares[v], square_row(steps_, v), static_cast<std::size_t>(grid_.width), scale,
                   height[2 * v], height[2 * v + 1]);
-  // Gradients that contradict each other leave steps between squares. The two sizes are the Chebyshev ones
-  // for errors that only pixels can have (eigenvalues 0.5 to 2), of which a fifth is left.
+  // Gradients with curl cause discontinuities between squares. The sizes of the two relaxation steps are
+  // those of a Chebyshev iteration for the errors that vary within squares (eigenvalues 0.5 to 2). A fifth of
+  // such errors remains.
   const auto relax = [&](const cv::Mat1f& from, float step, cv::Mat1f& to) {
     for (int v = 1; v + 1 < size_.height; ++v)
       relax_row(from[v - 1], from[v], from[v + 1], {gx_[v], gy_[v]}, gy_[v - 1], gy_[v + 1],

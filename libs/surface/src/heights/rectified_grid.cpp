@@ -9,10 +9,11 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr double kNowhere = -1e4;  // A coordinate beyond any picture.
+constexpr double kNowhere = -1e4;  // a pixel coordinate outside any picture
 
-/// `from(pixel)`: where a pixel of the result comes from. `cell_px`: pixels of the picture along one of the
-/// grid.
+/// Returns for each element of a grid where it lies in the source, both counted in elements. An element is a
+/// pixel (`cell_px` = 1) or a block of `cell_px` pixels. `from` maps pixel coordinates of the result to those
+/// of the source.
 template <typename From>
 cv::Mat2f positions(cv::Size grid, int cell_px, const From& from) {
   cv::Mat2f at(grid);

@@ -1,3 +1,14 @@
+// Computes the background from pictures of the bare gel, and tests whether the gel in them is bare. None of
+// these tests is in the papers.
+//
+// Motion: the pictures, converted to the same light and averaged over 28x28 pixels, are compared with their
+// mean; so are the means of the first and the second half of the pictures, which show slow motion.
+//
+// Imprint: an object that does not move is found by the slopes that the gradient model reads. On bare gel
+// they have a smooth error at most. An imprint has large slopes and large curvature after the smooth part is
+// removed, so high percentiles of both are multiplied and compared with a limit. Printed dots and the border
+// of the picture are left out, because the model is wrong there.
+
 #include "gelslam/surface/background.hpp"
 
 #include <fmt/core.h>
@@ -21,36 +32,51 @@ namespace {
 
 using namespace surface::detail;
 
-// Motion: the mean color of 28x28 pixels against that over the frames. What moves on the gel covers an area;
-// a video's compression changes single blocks of 8 or 16 pixels, a third of such a window at most. Of 40 logs
-// as MJPEG, MPEG-4 and H.264 at ffmpeg's defaults, 25 windows differ by at most 2.4 gray levels, and by 1.6
-// between the means of half of the frames; with a ball that rolls a quarter pixel per frame, by 2.6 and 2.9.
-constexpr int kWindowBlocks = 7;  // side of the kernel
+// Two pictures differ if the color difference, averaged over a window of 7x7 blocks (28x28 pixels) around
+// each block, exceeds a number of gray levels in at least kMinMovingBlocks windows. The window is that large
+// because a moving object covers an area, whereas video compression changes single blocks of 8 or 16 pixels,
+// which fill at most a third of it. A contact of 500 pixels covers 30 blocks.
+//
+// The limit is kMovingLevels for one picture against the mean of all, and kDriftingLevels between the means
+// of the first and the second half. In 40 logs of bare gel, compressed as MJPEG, MPEG-4 and H.264 with
+// ffmpeg's defaults, the difference that 25 windows exceed is at most 2.4 and 1.6 levels, respectively. For a
+// ball that rolls by a quarter of a pixel per frame it is 2.6 and 2.9.
+constexpr int kWindowBlocks = 7;
 constexpr float kMovingLevels = 3.0F, kDriftingLevels = 2.0F;
-constexpr int kMinMovingBlocks = 25;  // a contact of 500 pixels covers 30
-// Of a camera's pictures few pixels repeat exactly; where most do, a codec left them out.
+constexpr int kMinMovingBlocks = 25;
+// In pictures of a camera few pixels are exactly equal to those of the picture before. If more than this
+// fraction is, a video codec has skipped them.
 constexpr double kRepeatedShare = 0.5;
 
-constexpr double kSettledGainError = 0.01;  // lamps flicker by less
+// Pictures whose brightness differs from that of the last one by less than this fraction are not scaled.
+// Lamps flicker by less.
+constexpr double kSettledGainError = 0.01;
 
-// Imprint: local slope times curvature (per pixel), as an object makes both. At most 0.0024 on bare gels of
-// five sensors, as they came, recompressed or mirrored; 195 ball presses of four show 0.0035 or more. Through
-// the maker's model at most 0.0039 (158 bare gels), and 0.0041 or more. Slope alone is 0.13 on bare gel, and
-// 0.14 in a press.
+// The limits of an imprint's strength: the 99th percentile of the local slope times the 99.5th percentile of
+// the local curvature in rad per pixel. Bare gels of five sensors (as recorded, recompressed and mirrored)
+// reach 0.0024, and 195 ball presses on four sensors at least 0.0035. With the maker's model, 158 bare gels
+// reach 0.0039 and presses at least 0.0041. The slope alone would not do: it is 0.13 on bare gel and 0.14 in
+// a press.
 constexpr double kImprint = 0.0029, kMakersImprint = 0.0040;
-// Of an imprint's slopes, what a log's every picture still shows where it is the gel's own (a worn spot, the
-// light of another unit): 0.83 or more. Of 9 logs that begin with an object on the gel one shows 0.54 or
-// less.
+// An imprint belongs to the gel itself (a worn spot, or a model of another sensor's light) if every picture
+// of the log shows at least this fraction of its slopes. For such imprints, all pictures show 0.83 or more.
+// In each of nine logs that begin with an object on the gel, some picture shows at most 0.54.
 constexpr double kLastingShare = 0.7;
-constexpr double kSteepShare = 0.5;      // of the steepest slope: those of an imprint
-constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
-constexpr int kMarkerMarginPx = 8;       // two sigma of the smoothing
+// The pixels of an imprint are those whose local slope exceeds this fraction of its 99th percentile.
+constexpr double kSteepShare = 0.5;
+constexpr int kBorderPx = 3 * kBlockPx;  // left out, because the model extrapolates there
+constexpr int kMarkerMarginPx = 8;  // left out around printed dots: two sigma of the curvature's smoothing
 
-constexpr std::size_t kMinBareFrames = 3;  // fewer are hardly better than one, and may be chance
-constexpr int kMaxTouchedPercent = 50;     // of the picture, by what is pressed in
-constexpr double kAlikeImprint = 2.0;      // of bare gel, from stretch to stretch of a log: up to 1.7
+// A background needs at least this many frames. Fewer could agree by chance, and reduce the noise little.
+constexpr std::size_t kMinBareFrames = 3;
+// A picture of the log shows the gel of a background if at most this percentage of it differs. A contact
+// covers less.
+constexpr int kMaxTouchedPercent = 50;
+// Stretches whose imprint is more than this many times as strong as the weakest in the log are not bare. On
+// bare gel the strength differs by a factor of up to 1.7 between the stretches of a log.
+constexpr double kAlikeImprint = 2.0;
 
-// Returns a percentile of the values where `judged` is set; 0 where there are none.
+// Returns the quantile `share` of the values where `judged` is set, or 0 if it is set nowhere.
 double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share) {
   std::vector<float> chosen;
   for (int v = 0; v < values.rows; ++v)
@@ -59,7 +85,8 @@ double percentile(const cv::Mat1f& values, const cv::Mat1b& judged, double share
   return chosen.empty() ? 0.0 : static_cast<double>(quantile_in_place(chosen, share));
 }
 
-// Returns the map without its smooth part.
+// Returns the difference between the map smoothed with a narrow and with a broad Gaussian, whose standard
+// deviations are given in pixels: the map without noise and without its smooth part.
 cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   cv::Mat1f smooth, broad, local;
   cv::GaussianBlur(map, smooth, cv::Size(), smooth_px, smooth_px, cv::BORDER_REPLICATE);
@@ -68,8 +95,10 @@ cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   return local;
 }
 
-// A lamp that is dimmed by pulses shows as rows that are brighter or darker: takes off each row of blocks its
-// median share of the reference. The sum of the colors counts: a slope takes from one what it gives another.
+// Removes rows that are brighter or darker because a lamp is dimmed by pulses while a rolling shutter exposes
+// row after row. In each row of blocks, the median of the relative change of brightness, times the reference,
+// is subtracted from the difference. Brightness is the sum of the colors, which a slope hardly changes,
+// because it darkens some colors while it brightens others.
 void remove_rows(const cv::Mat3f& reference, cv::Mat3f& difference) {
   std::vector<float> shares;
   for (int v = 0; v < reference.rows; ++v) {
@@ -82,8 +111,9 @@ void remove_rows(const cv::Mat3f& reference, cv::Mat3f& difference) {
   }
 }
 
-// Returns the percentage of the image where two pictures differ, apart from their light; 0 when it is
-// insignificant.
+// Returns the percentage of the image over which two pictures differ by more than `levels` gray levels after
+// the first was converted to the light of the second. Returns 0 below kMinMovingBlocks windows. Both pictures
+// are given by their block means.
 int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
@@ -99,7 +129,8 @@ int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks
   return count < kMinMovingBlocks ? 0 : std::max(1, 100 * static_cast<int>(count) / total);
 }
 
-// Returns a hint, where pictures that differ may do so because a video was compressed too much; else "".
+// Returns an addition to a message about pictures that differ, if strong compression of a video may be the
+// cause; else "".
 std::string compression_hint(const std::vector<cv::Mat3b>& frames) {
   std::size_t repeated = 0, total = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
@@ -134,7 +165,8 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
          std::to_string(percent) + " % of the image" + compression_hint(frames);
 }
 
-// Returns the index behind the last frame in a row that shows what frame `begin` and those after it show.
+// Returns the end (exclusive) of the stretch of consecutive frames from `begin` on that agree with the mean
+// of those before them. The frames are given by their block means.
 std::size_t end_of_agreement(const std::vector<cv::Mat3f>& blocks, std::size_t begin) {
   cv::Mat3f sum = blocks[begin].clone();
   std::size_t end = begin + 1;
@@ -156,11 +188,11 @@ struct LocalSlopes {
 };
 
 struct Imprint {
-  double slope = 0, curvature = 0;  ///< local, at the 99th percentile; curvature per pixel
+  double slope = 0, curvature = 0;  ///< 99th and 99.5th percentile of the local maps; curvature per pixel
   double depth_mm = 0, limit = kImprint;
   LocalSlopes slopes{};
-  cv::Mat1b steep{};  ///< where these are the imprint's
-  /// Bare gel shows less than 1.
+  cv::Mat1b steep{};  ///< 255 at the pixels of the imprint (see kSteepShare)
+  /// Returns the product of slope and curvature divided by its limit. Bare gel has less than 1.
   double strength() const { return slope * curvature / limit; }
   std::string sentence() const {
     return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})",
@@ -168,7 +200,8 @@ struct Imprint {
   }
 };
 
-// Markers, and what smoothing takes from them, are left out: a large dot is a lens.
+// Measures the imprint in a picture. Printed dots are left out with a margin, because a large dot acts as a
+// lens even where its color was interpolated.
 Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, double pixel_pitch_mm) {
   if (std::min(picture.rows, picture.cols) <= 4 * kBorderPx) return {};
   const GradientMap gradient(model, MarkerFiller(picture).background());
@@ -197,8 +230,8 @@ Imprint find_imprint(const cv::Mat3b& picture, const GradientModel& model, doubl
   return imprint;
 }
 
-// Says whether all pictures of a log show the background's imprint, and some of them something else, too.
-// Where none does, an object may have rested on the gel all the time.
+// Returns true if all pictures of a log show the background's imprint, and some of them also differ from the
+// background. If none differs, an object may have rested on the gel all the time.
 bool is_of_the_gel(const Imprint& imprint, const cv::Mat3b& background, const std::vector<cv::Mat3b>& log,
                    const GradientModel& model) {
   const MarkerFiller markers(background);
@@ -313,12 +346,13 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
                           imprint.strength(),
                           average_blocks(mean)});
   }
-  // What is stale may rest, too: of one gel, the bare one shows least.
+  // An object may also rest on the gel for a while. Bare gel is where the imprint is weakest.
   std::erase_if(candidates, [&](const Candidate& c) {
     return c.imprint < 1 && c.imprint > kAlikeImprint * least_imprint;
   });
   if (candidates.empty()) return std::nullopt;
-  // A log begins with the bare gel, or with pictures of another light or gel, which are not seen again.
+  // Some logs begin with pictures of another light or gel, for example from a camera's old buffers. The rest
+  // of the log does not show that gel again.
   const auto is_seen_again = [&blocks](const Candidate& candidate) {
     const auto seen = std::count_if(blocks.begin(), blocks.end(), [&](const cv::Mat3f& frame) {
       return differing_percent(frame, candidate.blocks, kMovingLevels) <= kMaxTouchedPercent;
@@ -327,7 +361,8 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   };
   auto first = std::find_if(candidates.begin(), candidates.end(), is_seen_again);
   if (first == candidates.end()) first = candidates.begin();
-  // Old pictures may lie between: what comes before the background is not tracked.
+  // Of the stretches that show the same gel, the longest is used, and of equally long ones the last, because
+  // old pictures may lie between them, and frames before the background are not tracked.
   const cv::Mat3f gel = first->blocks;
   std::erase_if(candidates,
                 [&gel](const Candidate& c) { return differing_percent(c.blocks, gel, kMovingLevels) > 0; });

@@ -1,3 +1,8 @@
+// Compares the bare gel with how it looked when the model was calibrated, to warn of a changed light, another
+// gel or sensor, or exchanged colors or sides. This comparison is not in the papers, and no surface depends
+// on it. The robust fit of gains and offsets in light.cpp explains what the light has changed; its residual
+// is taken for a change of the gel.
+
 #include "gelslam/surface/background_drift.hpp"
 
 #include <fmt/core.h>
@@ -21,16 +26,21 @@ namespace {
 
 using namespace surface::detail;
 
-// What is said of a background, and which presses one folder takes; no surface depends on it.
-// The surface stage follows the light within these; a model was seen to stay good there.
+// All levels are gray levels, root mean squares over the three channels.
+// The program warns of a change of light beyond this limit. Within it, the surface stage compensates for the
+// change, and models were found to stay accurate.
 constexpr double kLightLimitLevels = 12.0;
-// Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2. Of the untouched
-// part of 228 presses of three sensors at most 2.9, and 5.6 or more from the background of another sensor.
+// The program warns of a change of the gel if the residual exceeds the first limit on average over the gel,
+// or the second at one place. Two sensors of one kind differ by 10 or more on average, the same gel weeks
+// later by less than 2. The first limit also decides whether a press belongs to a background
+// (shows_same_gel): the untouched parts of 228 presses of three sensors differ by at most 2.9 from their own
+// background, and by at least 5.6 from that of another sensor.
 constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
-// Of the change, what is left when red and blue are swapped back: noise and wear.
+// Colors or sides are reported as exchanged if exchanging them back leaves less than this fraction of the
+// change of the gel.
 constexpr double kSwappedShare = 0.5;
 
-/// What differs, and what to do about it.
+/// Returns two parts of a sentence for the user: what differs, and what to do about it.
 std::pair<std::string, std::string> words_for(const BackgroundDrift& drift) {
   if (!drift.exchanged.empty())
     return {
@@ -61,7 +71,7 @@ cv::Mat3f flipped(const cv::Mat3f& cells, int code) {
   return result;
 }
 
-/// Compares everything but the words.
+/// Computes all numbers of a BackgroundDrift, but neither its sentences nor `exchanged`.
 BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
   const auto [gain, offset] = follow_light(then, now);
   BackgroundDrift drift;

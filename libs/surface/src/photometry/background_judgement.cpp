@@ -1,3 +1,7 @@
+// Judges whether a picture of the bare gel can serve as a background, and says in sentences what is wrong
+// with it. These checks are not in the papers. Their limits are far from the values of the backgrounds of
+// four real sensors, which the comments below state.
+
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -16,18 +20,23 @@ namespace {
 
 using surface::detail::GradientMap;
 
-// Real backgrounds: means of 93 to 122 gray levels, brightest percentile at most 196.
+// A picture whose mean gray level is lower is dark. Real backgrounds have 93 to 122.
 constexpr double kDarkLevel = 45.0;
-constexpr double kMinColor = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
-// Color against its surroundings: less than 0.1 % of a clean gel, even one with a speck, differ this much;
-// eight stains of 5 to 10 pixels 1.3 % or more.
+// A picture has no color if its largest channel exceeds its smallest by less than this, averaged over the
+// pixels. Real backgrounds have 40 to 70 gray levels.
+constexpr double kMinColor = 10.0;
+// A pixel is stained if its color differs from the mean of its surroundings by more than kStainLevels (norm
+// of the difference in gray levels). The program warns if more than kSpoiltShare of the picture is stained,
+// or saturated. On a clean gel, even with a speck, it is less than 0.1 %; with eight stains of 5 to 10
+// pixels, it is at least 1.3 %.
 constexpr double kStainLevels = 10.0;
 constexpr double kSpoiltShare = 0.004;
-// Printed dots of the maker's gels, and by how much a pitch may differ from what they say: lenses and gels do
-// by 3 %.
+// The distance between printed dots on the gels of GelSight, and the relative error of the pixel pitch beyond
+// which the program warns. Lenses and gels differ by 3 %.
 constexpr double kDotSpacingMm = 2.0, kPitchTolerance = 0.1;
-// ln(red / blue) from the middle to the bottom: 0.46 to 0.60.
-constexpr double kRedBlueSlope = 0.25;  // sideways real ones have -0.12 to 0.04
+// The limit of the change of ln(red / blue) from the middle of a picture to its lower border (and to its
+// right border). The backgrounds of GelSight Minis have 0.46 to 0.60 downward, and -0.12 to 0.04 sideways.
+constexpr double kRedBlueSlope = 0.25;
 
 bool is_gelsight_mini(const std::string& name) {
   return lower_case(name).find("gelsight mini") != std::string::npos;
@@ -53,10 +62,10 @@ ChannelRange channel_range(const cv::Mat3f& bgr) {
 }
 
 struct RedOverBlue {
-  double downward = 0, sideways = 0;  ///< change of its logarithm over half the picture
+  double downward = 0, sideways = 0;  ///< change of ln(red / blue) from the middle to the border
 };
 
-/// Least squares; on a grid the two directions are independent.
+/// Fits a plane to ln(red / blue) by least squares. On a regular grid its two slopes are independent.
 RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   cv::Mat3f small;
   cv::resize(bgr, small, cv::Size(40, 30), 0, 0, cv::INTER_AREA);
@@ -74,7 +83,8 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   return {down / down_2, side / side_2};
 }
 
-/// Judges a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
+/// Returns a message if the colors change along the vertical as on a GelSight Mini, but in the wrong
+/// direction; else "". `blue_leads`: the mean of blue exceeds that of red.
 std::string judge_mini_orientation(const RedOverBlue& slope, bool blue_leads) {
   if (slope.downward > -kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) return "";
   if (!blue_leads) return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
@@ -83,7 +93,7 @@ std::string judge_mini_orientation(const RedOverBlue& slope, bool blue_leads) {
 
 bool blue_leads(const cv::Mat3f& bgr) {
   const cv::Scalar mean = cv::mean(bgr);
-  return mean[0] > mean[2];  // by 1.33 to 1.7 on real ones
+  return mean[0] > mean[2];  // on real GelSight Minis blue is 1.33 to 1.7 times as bright as red
 }
 
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
@@ -107,7 +117,7 @@ double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
   return quantile_in_place(slopes, 0.5);
 }
 
-/// Returns gray levels. Throws Error when the picture is too small.
+/// Returns a picture's gray levels as floats. Throws Error when the picture is too small.
 cv::Mat3f as_numbers(const cv::Mat3b& mean) {
   constexpr int least_px = 32;
   if (std::min(mean.cols, mean.rows) < least_px)
@@ -130,7 +140,7 @@ double stained_share(const cv::Mat3b& picture) {
   cv::Mat1f length(bgr.size());
   std::transform(difference.begin(), difference.end(), length.begin(),
                  [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
-  const int border = std::max(1, cvRound(12 * pixel));  // lamps and the gel's frame
+  const int border = std::max(1, cvRound(12 * pixel));  // shows lamps and the frame of the gel
   const cv::Rect inside(border, border, bgr.cols - 2 * border, bgr.rows - 2 * border);
   return share_above(length(inside), kStainLevels);
 }
@@ -148,7 +158,7 @@ std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_n
 
 std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::string& device_name,
                                           const GradientModel* model, double pixel_pitch_mm) {
-  as_numbers(picture);  // large enough
+  as_numbers(picture);  // throws if the picture is too small
   const auto markers = find_marker_dots(picture);
   const cv::Mat3b mean = MarkerFiller(picture).background();
   const cv::Mat3f bgr = as_numbers(mean);
@@ -169,7 +179,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
                     100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kMinColor) {
-    // The other judgements need color.
+    // The remaining checks need color.
     warnings.push_back("the picture has no color, from which slopes are read: is it the right camera?");
     return warnings;
   }

@@ -10,14 +10,16 @@
 namespace gelslam::surface::detail {
 namespace {
 
+// The smallest threshold of the averaged color difference, in gray levels.
 constexpr float kMinChangeLevels = 0.8F;
-// The lower quartile of the averaged difference lies in the untouched gel even when most of the gel is
-// touched. For Gaussian noise in three channels it is 1.1 sigma; 4.5 of it (5 sigma) leaves one block in 10^4
-// of pure noise.
+// The threshold divided by the lower quartile of the averaged difference. That quartile measures the noise,
+// because it belongs to bare gel even when most of the gel is touched: for Gaussian noise in three channels
+// it is 1.1 sigma. With 4.5 quartiles (5 sigma), noise alone makes one block in 10^4 appear changed.
 constexpr float kQuartilesAboveNoise = 4.5F;
-// Six times a camera's noise. A quartile beyond it is no noise, but a texture that covers the whole gel.
+// The largest quartile that is taken for noise, six times that of a camera. A larger one is caused by a
+// texture that covers the whole gel.
 constexpr float kMaxNoiseLevels = 2.2F;
-constexpr int kMarginBlocks = 2;  // the kernel's radius
+constexpr int kMarginBlocks = 2;  // by which the result is dilated
 
 GELSLAM_CLONES void add_row(const unsigned char* pixels, int channels, unsigned short* sums) {
   for (int i = 0; i < channels; ++i) sums[i] = static_cast<unsigned short>(sums[i] + pixels[i]);
@@ -101,8 +103,8 @@ void ChangeDetector::detect(const cv::Mat3f& difference, cv::Mat1b& changed_bloc
 }
 
 float ChangeDetector::threshold_levels() {
-  // With little noise the threshold is kMinChangeLevels. Counting quiet blocks shows that ten times faster
-  // than selecting the quartile.
+  // With little noise the threshold is kMinChangeLevels. To count the blocks below the quartile that belongs
+  // to it is ten times faster than to select the quartile.
   constexpr float kQuiet = kMinChangeLevels / kQuartilesAboveNoise;
   const float* const squared = squared_.ptr<float>();
   const float* const end = squared + squared_.total();

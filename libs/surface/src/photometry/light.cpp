@@ -1,16 +1,20 @@
-// Follows how the light differs from that of the background picture, so that slopes are read in the
-// background's light (own).
+// Estimates the light of a frame relative to that of the background, so that the gradient model can be given
+// colors as they would be in the background's light. This step is not in the papers.
 //
-// Model: each color channel of a block of bare gel is gain · background + offset; where light is uneven, both
-// change with a smooth field, which is the same for all channels. The coefficients are the least-squares fit
-// over blocks that agree, with Tukey weights of kAgreeLevels gray levels (iteratively reweighted), and are
-// shrunk towards no change by what leaning gel looks like (kLeaningLevels). A slope brightens some colors and
-// darkens others; a change that all colors have in common is light, and the field is made of that, smoothed
-// over a pyramid and continued across a contact.
+// Input: the mean colors of 4x4-pixel blocks in the frame and in the background. The model is that of Light:
+// in each channel, bare gel has the level gain * background + offset, and gain and offset may vary linearly
+// with a smooth field that all channels share. The coefficients are found by iteratively reweighted least
+// squares with Tukey's biweight, whose limit is kAgreeLevels gray levels. In each channel the terms are
+// orthogonalized by a Cholesky factorization and shrunk by the positive-part James-Stein factor
+// 1 - s^2 / |c|^2, where s is kLeaningLevels: a term that explains no more than a slightly tilted gel would
+// is set to zero.
 //
-// The fit starts from the last frame's light. Where too few blocks agree, it starts again from median gains
-// with a wide kernel. A contact that covers most of the gel leaves too little to fit: the last light stays.
-// is_followed_ is false where all colors of many blocks changed together and no such light explains it.
+// Slope and light are distinguished by color: colored lamps shine from several sides, so a slope brightens
+// some colors and darkens others. The field is therefore the part of the residual that all channels share,
+// smoothed over an image pyramid, which also interpolates it across contacts.
+//
+// The fit starts from the light of the last frame. If few blocks agree, it also starts from the median ratios
+// of the colors with a wide kernel. Where a contact leaves too little bare gel, the last light is kept.
 
 #include "photometry/light.hpp"
 
@@ -26,37 +30,45 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// The limit in gray levels up to which a block agrees with a light. A block's color differs by less (noise of
-// its mean is below 1) unless the gel leans by more than about 1 degree (2.7 levels).
+// A block agrees with a light if its color is within this many gray levels of the model. The noise of a
+// block's mean is below 1 level; bare gel exceeds the limit where it is tilted by more than about 1 degree.
 constexpr double kAgreeLevels = 3.0;
-// How well a term of the light can be known, in gray levels (root mean square over the gel). Gel leans by
-// some hundredths of a degree far around a contact. That looks like light, and averaging over blocks does not
-// remove it, so no term is known better.
+// The standard deviation of a term of the light, in gray levels (root mean square over the gel). Gel is
+// tilted by some hundredths of a degree even far from a contact. This looks like a change of light and does
+// not average out over blocks, so no term can be known better.
 constexpr double kLeaningLevels = 0.1;
-// The least share of a term's variance over the gel: one that differs by less from those before it cannot be
-// told from them (noise of the background's blocks is that share of how its brightness varies).
+// A term is fitted only if at least this fraction of its mean square over the gel is independent of the terms
+// before it. (The noise of the background's block means is this fraction of the variance of its brightness.)
 constexpr double kMinOwnShare = 1e-3;
-constexpr double kMinShare = 0.1;        // of all blocks, to believe in a light
-constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
-// A contact that covers half of the gel must not look like a change of light.
+// The smallest fraction of all blocks that has to agree with a light for it to be accepted.
+constexpr double kMinShare = 0.1;
+// If this fraction of the blocks that are not excluded agrees, no other initial values are tried.
+constexpr double kExplainedShare = 0.6;
+// A light found from other initial values is preferred only if this many times more blocks agree with it.
+// Otherwise a contact that covers half of the gel could be taken for a change of light.
 constexpr double kClearlyMore = 1.3;
-constexpr double kWidening = 8;  // of the kernel at first, where the light changed suddenly
+// The factor by which the kernel's limit is larger at first, when the light may have changed suddenly.
+constexpr double kWidening = 8;
 constexpr int kMaxFits = 3;
-// A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
+// The limits of a plausible gain are this number and its inverse. With a darker lamp slopes could not be
+// read, and no lamp becomes brighter by more.
 constexpr double kMinGain = 0.25;
-// The share of all blocks that must differ from an even light by the brightness of all colors alone, and
-// agree with a field. Touches let 0.05 agree more (steep gel is darker), a band of 8 gray levels that enters
-// the picture 0.09.
+// A field is used only if, compared with the even light, at least this fraction of all blocks agrees in
+// addition. Because steep gel is darker, a contact makes up to 0.05 agree in addition; a band 8 gray levels
+// brighter that enters the picture makes 0.09 agree.
 constexpr double kShadedShare = 0.07;
-// The share of all blocks from which on light is not followed: more whose colors have brightness in common,
-// for the larger part, and agree with no light are not what noise (0.23) or touches (0.20, real ones) leave.
+// The light counts as not followed if more than this fraction of all blocks agrees with no light although
+// mainly the brightness common to all colors has changed there. Noise leaves up to 0.23, real contacts 0.20.
 constexpr double kUnfollowedShare = 0.3;
-constexpr float kMostlyAlike = 1.25F;  // what differs is half of what colors have in common
-// What is around a place weighs as much as this share of a block, for the field there.
+// The value of `alike` in weigh() for which a block agrees if the part of its residual in which the channels
+// differ is at most half of the part that they have in common.
+constexpr float kMostlyAlike = 1.25F;
+// At each level of the pyramid, the field of the next coarser level has the weight of this many blocks.
 constexpr double kRidge = 0.01;
-constexpr std::size_t kFinestLevel = 2, kLevels = 6;  // cells of 16 to 128 pixels
+// The field is estimated on the pyramid's levels from kFinestLevel to kLevels - 1: cells of 16 to 128 pixels.
+constexpr std::size_t kFinestLevel = 2, kLevels = 6;
 
-/// A channel's light in 32 bits.
+/// The coefficients of one channel in single precision.
 struct ChannelLight {
   float gain, offset, shaded_gain, shaded_offset;
 
@@ -91,9 +103,10 @@ void convert(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& t
       }
 }
 
-/// Computes Tukey's weights of a row's blocks for residuals up to a limit in gray levels, and weights times
-/// residual brightness. How many are not 0. `alike`: share of the residual that all channels have in common,
-/// not counted.
+/// Computes for each block of a row Tukey's weight (1 - |r|^2 / limit^2)^2 of its residual r, and (as
+/// `shades`) that weight times the mean of r over the channels. Returns how many weights are not 0. `alike`
+/// times the squared part of r that all channels have in common is subtracted from |r|^2: with 0 the whole
+/// residual counts, with 1 only the differences between the channels.
 GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, const unsigned char* excluded,
                              const float* field, std::size_t count, const ChannelLights& light, float limit,
                              float alike, float* weights, float* shades) {
@@ -117,9 +130,10 @@ GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, 
   return agree;
 }
 
-/// Returns the values `sums` / `weights`, smoothed, where there are weights; where there are none, as around
-/// in the same rows, then as around: level by level of a pyramid, each drawn toward the coarser one, the
-/// first toward its rows' means. (A lamp that flickers while a shutter rolls changes rows.)
+/// Returns a smooth map of the weighted means `sums` / `weights`. The mean of each row is removed first and
+/// added again at the end, because a lamp that flickers during a rolling shutter changes whole rows. The rest
+/// is averaged on each level of a pyramid, from coarse to fine. Each level is drawn toward the coarser one,
+/// so that blocks without weight are interpolated from their surroundings.
 cv::Mat1f smooth_field(const cv::Mat1f& sums, const cv::Mat1f& weights) {
   cv::Mat rows, row_weights;
   cv::reduce(sums, rows, 1, cv::REDUCE_SUM);
@@ -142,12 +156,15 @@ cv::Mat1f smooth_field(const cv::Mat1f& sums, const cv::Mat1f& weights) {
   return field;
 }
 
-/// Weighted sums over the blocks of background^p field^q, and of the change times these.
+/// The normal equations of one channel. With the background's level b, the field f and the change d since the
+/// background, powers[p][q] is the weighted sum of b^p f^q over the blocks, and changes[p][q] that of
+/// d b^p f^q.
 struct Moments {
   double powers[3][3] = {}, changes[2][2] = {};
 };
 
-/// Adds a row of blocks. `degree` is that of the field.
+/// Adds a row of blocks to the moments. `degree` is the largest exponent of the field in the model: 0 for an
+/// even light, 1 with a field.
 template <std::size_t degree>
 void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const float* weights,
                      const float* field, std::size_t count, int channel, Moments& moments) {
@@ -166,9 +183,11 @@ void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const fl
   }
 }
 
-/// Returns the first `terms` coefficients of each channel's change by least squares, shrunk. Cholesky factors
-/// make the terms independent: what each explains beyond those before it, in all channels, is compared with
-/// what leaning gel looks like.
+/// Solves the normal equations of each channel for the first `terms` coefficients and shrinks them. The
+/// Cholesky factorization makes the terms orthogonal. For each term, the squared change (in gray levels,
+/// summed over the channels) that it explains beyond the terms before it is compared with the variance
+/// kLeaningLevels^2 per channel, which gives the James-Stein factor. The coefficients are those of the change
+/// since the background, so that all of them are zero for an unchanged light.
 std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>& moments, std::size_t terms) {
   using Square = std::array<Light::Coefficients, kLightTerms.size()>;
   std::array<Square, 3> factors{};
@@ -244,7 +263,8 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
       weights_(background_blocks.size()),
       shades_(background_blocks.size()) {}
 
-/// Returns how many blocks agree with a light, up to a limit in gray levels.
+/// Computes weights_ and shades_ for a light, and returns how many blocks agree with it to within `limit`
+/// gray levels. See weigh_row for `alike`.
 int LightTracker::weigh(const Light& light, double limit, float alike) {
   int agree = 0;
   const ChannelLights lights = channel_lights(light);
@@ -256,7 +276,7 @@ int LightTracker::weigh(const Light& light, double limit, float alike) {
   return agree;
 }
 
-/// Fits the coefficients to the weighted blocks. Returns false where no lamp has such a gain.
+/// Fits the coefficients to the blocks with weights_. Returns false if a gain is implausible (kMinGain).
 bool LightTracker::regress(Light& light) const {
   std::array<Moments, 3> moments;
   const cv::Mat1f& field = light.is_even() ? no_field_ : light.field;
@@ -273,8 +293,10 @@ bool LightTracker::regress(Light& light) const {
   });
 }
 
-/// Fits a light again and again while the kernel narrows. It agrees with no block where too few are left. A
-/// field begins where colors agree but for their common brightness, and grows by what is left of it.
+/// Fits a light by iteratively reweighted least squares, whose kernel is at first `widening` times as wide
+/// and is halved in each iteration. The result has agree = 0 if too few blocks agree. If `light` has a field,
+/// the first iteration ignores the common brightness of the channels in its residuals; each iteration adds to
+/// the field what is left of that brightness.
 LightTracker::Fit LightTracker::fit(Light light, double widening) {
   const int enough = static_cast<int>(kMinShare * static_cast<double>(blocks_.total()));
   const bool is_even = light.is_even();
@@ -291,7 +313,7 @@ LightTracker::Fit LightTracker::fit(Light light, double widening) {
   }
 }
 
-/// Returns a light of gains only: per channel the median ratio over the blocks.
+/// Returns a light without offsets, whose gains are the median ratios of frame to background over the blocks.
 Light LightTracker::median_gains() const {
   Light light;
   std::vector<float> ratios;
@@ -312,8 +334,9 @@ Light LightTracker::median_gains() const {
   return light;
 }
 
-/// Returns the even light, or, where that leaves many blocks that all colors together set apart, the same or
-/// the last one with a field.
+/// Returns `even`, or a light with a field if many blocks differ from `even` only by a brightness that all
+/// channels share and the field makes them agree. The fit of the field starts from `even` or from `last`
+/// (may be null), whichever agrees with more blocks when that brightness is ignored.
 LightTracker::Fit LightTracker::with_field(Fit even, const Light* last) {
   if (!may_be_uneven_ || even.agree == 0) return even;
   const int more = even.agree + static_cast<int>(kShadedShare * static_cast<double>(blocks_.total()));
@@ -329,7 +352,8 @@ LightTracker::Fit LightTracker::with_field(Fit even, const Light* last) {
 const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touched) {
   const int total = static_cast<int>(blocks.total());
   int bare = touched.empty() ? total : total - cv::countNonZero(touched);
-  // Light that was not followed looks like contact all over.
+  // After a change of light that was not followed, nearly all blocks may have been taken for contact. Then
+  // the contact must not be excluded, or the light could never be found again.
   const bool is_believable = bare >= kMinShare * total;
   if (!is_believable) bare = total;
   blocks_ = blocks;

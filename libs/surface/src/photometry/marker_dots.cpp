@@ -1,3 +1,8 @@
+// Finds the dots that are printed on some gels (markers), in a picture of the bare gel. This step is not in
+// the papers. Spots that are darker than their surroundings are found by a difference of Gaussians of the
+// logarithm of brightness. They are taken for printed dots if at least nine of them have similar diameters
+// and similar distances to their nearest neighbors; specks of dirt do not.
+
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -13,22 +18,26 @@
 namespace gelslam {
 namespace {
 
-// Ink takes a third of the light and more; clean gels of four sensors are nowhere 13 % darker than their
-// surroundings.
+// The logarithm of the ratio between the brightness of a pixel and that of its surroundings, below which the
+// pixel is dark. Ink absorbs at least a third of the light. Clean gels of four sensors are nowhere more than
+// 13 % darker (-0.14) than their surroundings.
 constexpr double kDarkLog = -0.2;
 constexpr std::size_t kMinDots = 9;
-// Sizes are those of a 320 pixel wide picture.
-constexpr double kSurroundingsPx = 12.0;  // from a quarter to twice of it is a dot's diameter
-// Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks of
-// dirt.
+// The standard deviation of the Gaussian that averages the surroundings, in pixels of a picture that is 320
+// pixels wide. The diameter of a dot may be from a quarter of it to twice as much.
+constexpr double kSurroundingsPx = 12.0;
+// The largest median absolute deviation of the diameters, and of the distances, relative to their median. It
+// is below 0.1 for printed grids and about 0.4 for specks of dirt.
 constexpr double kMaxSpread = 0.2;
-constexpr double kMaxCovered = 0.4;  // beyond it the gaps are narrower than the dots
+// If the dots cover more than this fraction of the picture, the gaps between them are narrower than the dots.
+constexpr double kMaxCovered = 0.4;
 
 struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
 };
 
-/// Returns the logarithm of the brightness against that of the surroundings.
+/// Returns for each pixel the logarithm of its brightness divided by that of its surroundings. `pixel`: the
+/// width in pixels that one pixel of a 320 pixel wide picture has here.
 cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   cv::Mat1f brightness(background.size());
   std::transform(background.begin(), background.end(), brightness.begin(),
@@ -67,7 +76,7 @@ double distance_to_nearest(const std::vector<Dot>& dots, std::size_t of) {
   return nearest;
 }
 
-/// Median distance from the median, as a share of it.
+/// Returns the median absolute deviation of the values from their median, `middle`, divided by it.
 double spread_of(const std::vector<double>& values, double middle) {
   std::vector<double> distances;
   distances.reserve(values.size());

@@ -12,24 +12,32 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// Neighbors on a gel differ by less than 10 gray levels, with strong noise by 20. A dithered picture's differ
-// by 60 at times, and there the mean tells more than the median: only values further off prove that a picture
-// has wrong ones.
+// A value is wrong if it differs from the median of its 3x3 neighborhood by more than this many gray levels.
+// Neighboring pixels of a gel differ by less than 10, and by up to 20 in strong noise. In a dithered picture
+// they can differ by 60, and replacing values by the median would bias it. Therefore values are replaced only
+// in pictures where enough values (one in kWrongValueIn) are outliers by three times this limit. Fewer wrong
+// values are left to the robust weights of later stages.
 constexpr int kWrongLevels = 35;
-constexpr int kWrongValueIn = 500;  // fewer than one in 500 are left to the robust weights
+constexpr int kWrongValueIn = 500;
 
-constexpr double kDarkShare = 0.5;  // of the background's brightness
-constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave 0.74
-// By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
-// 4, and flatter with 2.
+// A pixel is dark if all its channels are below this fraction of the background, and below kInkShare of it on
+// a gel with printed dots. Real presses do not fall below 0.74.
+constexpr double kDarkShare = 0.5;
+constexpr double kInkShare = 0.65;
+// Spots are dilated by this many pixels, over which lens and JPEG spread them. On real presses the slopes
+// between printed dots are as accurate with 4 pixels, but too flat with 2.
 constexpr int kSpreadPx = 3;
-constexpr int kSmoothRounds = 20;  // over a dot of ten pixels' radius
-// No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
+// The number of relaxation steps that suffices for a dot with a radius of ten pixels.
+constexpr int kSmoothRounds = 20;
+// A pixel is bright if all its channels exceed the background by more than this many gray levels. A slope
+// cannot do that, because it darkens some colors while it brightens others. Real presses reach 30.
 constexpr int kMaxBrighter = 35;
-constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
-constexpr int kOtherLightIn = 8;    // more than one in 8 pixels dark, or bright: the light changed
+// Where a channel of the background is below this gray level, no lamp shines and pixels cannot become dark.
+constexpr double kUnlitLevel = 10;
+// If more than one in this many pixels is dark, or bright, the light has changed, and they are not spots.
+constexpr int kOtherLightIn = 8;
 
-/// Counts values of a row that lie further beyond those of both neighbors than `levels`.
+/// Counts the values of a row that are more than `levels` above or below both neighbors of the same channel.
 GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigned char levels) {
   int found = 0;
   for (int i = 3; i < count - 3; ++i) {
@@ -42,7 +50,7 @@ GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigne
   return found;
 }
 
-/// Looks at one row in each row of blocks.
+/// Returns whether so many values are wrong that they have to be replaced, judged by every fourth row.
 bool has_wrong_values(const cv::Mat3b& bgr) {
   std::int64_t found = 0;
   for (int v = 0; v < bgr.rows; v += kBlockPx)
@@ -50,7 +58,9 @@ bool has_wrong_values(const cv::Mat3b& bgr) {
   return found * kBlockPx * kWrongValueIn > 3 * static_cast<std::int64_t>(bgr.total());
 }
 
-/// Looks at three values from `i` on, of a pixel or of two neighbors.
+// The following tests look at the three values from index `i` on. These are a pixel's channels where `i` is a
+// multiple of 3. may_show_spots() tries every `i`, so that the compiler can vectorize its loop; it may
+// therefore find spots where there are none, but misses none.
 bool is_dark(const unsigned char* value, const unsigned char* below, int i) {
   return (value[i] < below[i]) & (value[i + 1] < below[i + 1]) & (value[i + 2] < below[i + 2]);
 }
@@ -67,7 +77,7 @@ bool is_full(const unsigned char* value, int i) {
   return (a & b) | (b & c) | (c & a);
 }
 
-/// Returns false where no pixel of a row is dark, bright or full.
+/// Returns false only if no pixel of a row is dark, bright or saturated.
 GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned char* below,
                                    const unsigned char* above, int count) {
   unsigned char found = 0;
@@ -102,7 +112,7 @@ void PixelRepair::fill_background(const cv::Mat1b& dots) {
   readable_ = (dots == 0) & 1;
   const cv::Mat3b seen = background_;
   background_ = cv::Mat3b(seen.size());
-  background_.setTo(cv::mean(seen, readable_));  // where no gel is near
+  background_.setTo(cv::mean(seen, readable_));  // stays where no gel is near
   constexpr int thoroughly = 10 * kSmoothRounds;
   background_ = fill_spots(seen, thoroughly).clone();
 }
@@ -129,7 +139,7 @@ const cv::Mat3b& PixelRepair::replace_wrong_values(const cv::Mat3b& bgr) {
   return median_;
 }
 
-/// Returns the median ratio to the background of every 64th pixel, at least 1.
+/// Returns for each channel the median ratio of picture to background over every 64th pixel, but at least 1.
 cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   cv::Vec3f gain;
   std::vector<float> ratios;
@@ -144,7 +154,7 @@ cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   return gain;
 }
 
-/// Fills readable_. Returns false where all of the picture is.
+/// Finds the spots of a picture and computes readable_. Returns false if there are none.
 bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   std::vector<int> rows;
   for (int v = 0; v < bgr.rows; ++v)
@@ -175,12 +185,13 @@ bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   return true;
 }
 
-/// Fills spots from up to three blocks away. The middle of a larger spot is taken for bare gel.
+/// Interpolates the difference between picture and background over the spots, from readable pixels up to 12
+/// pixels away. In the middle of a larger spot the difference is zero, as on bare gel.
 const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds) {
   cv::subtract(bgr, background_, difference_, cv::noArray(), CV_32F);
   difference_.setTo(cv::Scalar::all(0), readable_ == 0);
   readable_.convertTo(weight_, CV_32F);
-  // Two box filters are nearly a cone: what is near counts most.
+  // Two box filters in a row have nearly the shape of a cone, so the nearest pixels weigh most.
   for (int pass = 0; pass < 2; ++pass) {
     constexpr int side = 3 * kBlockPx + 1;
     cv::boxFilter(difference_, difference_, CV_32F, {side, side});
@@ -209,8 +220,9 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
   return filled_;
 }
 
-/// Moves what is filled toward the harmonic function between the edges of each spot, which continues a
-/// contact's shading across a marker (successive over-relaxation).
+/// Moves the interpolated differences toward the solution of the Laplace equation with the pixels around each
+/// spot as boundary values, by steps of successive over-relaxation. This continues the shading of a contact
+/// smoothly across a printed dot.
 void PixelRepair::smooth_filled(int rounds) {
   constexpr float kOverRelaxation = 1.7F;
   const int rows = difference_.rows, cols = difference_.cols;

@@ -4,34 +4,40 @@
 
 namespace gelslam::surface::detail {
 
-/// A channel at this gray level or above is taken as saturated, because JPEG darkens white a little.
+/// A channel at this gray level or above counts as saturated. It is less than 255 because JPEG darkens white
+/// a little.
 inline constexpr int kFullLevel = 250;
 
-/// Dilates spots by the distance over which the lens and JPEG spread them.
+/// Dilates a mask (0 or 255) by the distance over which the lens and JPEG spread a spot.
 void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread);
 
-/// Replaces pixels that do not show the gel, in two steps, which are not in the papers.
-/// First, wrong values, such as hot or dead pixels and lost bits. A lens blurs the picture over several
-/// pixels, so a value that is far from the median of its 3x3 neighbors is wrong, and is replaced by that
-/// median. Second, highlights and opaque spots. A pixel with two saturated channels, or with all channels
-/// brighter than the background by more than slopes explain, or less than half as bright, does not show the
-/// slope of the gel. Its difference to the background is interpolated from the pixels around, and so are its
-/// neighbors, into which the lens spreads the spot. A spot is therefore neither a contact nor a texture.
-/// Spots that the background has, too, are left unchanged. (On the real presses of three sensors no pixel is
-/// below 0.74 of its background.)
+/// Replaces pixels whose color does not tell the slope of the gel, in two steps that are not in the papers:
 ///
-/// On a gel with printed dots (find_marker_dots) the background is interpolated under them, too. The spots of
-/// a picture are then the pixels that are darker than the gel without dots, wherever its dots have moved to,
-/// and the places of the dots in the background.
+/// 1. Wrong values, such as hot or dead pixels and bit errors. The lens blurs the picture over several
+///    pixels, so a value far from the median of its 3x3 neighborhood cannot be right. It is replaced by that
+///    median.
+/// 2. Spots: highlights, and dirt on the lens or gel. A spot consists of pixels with two saturated channels,
+///    of pixels in which all channels are brighter than the background by more than a slope can cause, and of
+///    pixels in which all channels are less than half as bright as the background. (On real presses of three
+///    sensors no pixel is below 0.74 of its background.) The spot is dilated by the blur of the lens, and the
+///    difference between picture and background is interpolated over it from the pixels around it. A spot
+///    then looks neither like a contact nor like texture. A spot that the background has, too, is left as it
+///    is, since it causes no difference.
+///
+/// On a gel with printed dots (find_marker_dots), the dots are also interpolated in the background. The spots
+/// of a picture are then the places of the dots in the background, and the pixels that are darker than the
+/// gel without dots, because the printed dots move with the gel.
 class PixelRepair {
  public:
   explicit PixelRepair(const cv::Mat3b& background);
 
   /// Returns the background without wrong values and markers.
   const cv::Mat3b& background() const { return background_; }
-  /// Returns `bgr` itself where nothing is wrong; else a copy, valid until the next call.
+  /// Returns `bgr` itself if it has no damaged pixels, and else a repaired copy that is valid until the next
+  /// call. `bgr` has the size of the background.
   const cv::Mat3b& clean(const cv::Mat3b& bgr);
-  /// Returns, of the last picture, 255 where it was filled in; empty: nowhere.
+  /// Returns the mask of the pixels (255) that the last clean() interpolated over spots; empty if there were
+  /// none.
   const cv::Mat1b& covered() const { return covered_; }
 
  private:
@@ -44,12 +50,12 @@ class PixelRepair {
 
   cv::Mat3b median_, median_difference_;
   cv::Mat3b background_;
-  cv::Mat3b dark_below_, bright_above_;  // of each channel
-  cv::Mat1b dots_;                       // of the background; empty without markers
+  cv::Mat3b dark_below_, bright_above_;  // limits of each pixel and channel, in gray levels
+  cv::Mat1b dots_;                       // 255 at the background's printed dots; empty if it has none
   cv::Mat1b covered_;
   cv::Mat1b spots_, dark_, bright_;
-  cv::Mat1b readable_;  // 1 where colors tell the slope, else 0
-  cv::Mat3f difference_;
+  cv::Mat1b readable_;    // 1 where the color tells the slope, 0 in spots
+  cv::Mat3f difference_;  // picture minus background in gray levels
   cv::Mat1f weight_;
   cv::Mat3b filled_;
 };

@@ -15,17 +15,20 @@ namespace gelslam::surface::detail {
 
 namespace {
 
-constexpr float kMaxAngleRad = 1.5F;  // Keeps tan finite; no gel is steeper.
-// The range of a color within a block up to which the network is taken to be linear there.
+constexpr float kMaxAngleRad = 1.5F;  // keeps the tangent finite; no gel is steeper
+// The network is extrapolated within a block if no channel varies by more than this many gray levels there.
 constexpr int kSmoothLevels = 10;
-// Own models of five sensors have 0.006 to 0.010. With 0.0078, that of the rendered sequences, 14 pairs of
-// real logs lose 53 frames instead of 35, and rendered sets are alike.
+// The change of the slopes by one gray level for which slope_noise_ratio is 1. Models that were trained on
+// the same sensor have 0.006 to 0.010, on five sensors. If 0.0078 were used instead, the value of the
+// rendered sequences, 14 pairs of real logs would lose 53 instead of 35 frames, and rendered logs would
+// hardly change.
 constexpr double kUsualSlopePerLevel = 0.0065;
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 
-/// Computes the angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`:
-/// channel by channel; `column`, `row`: of its first pixel; `angle`: one output after the other, kNetworkTile
-/// apart.
+/// Extrapolates the slope angles from the center of block `i` of a tile to its 16 pixels, with the
+/// derivatives of the network. `color`: the colors of the pixels, channel by channel; `column`, `row`: the
+/// network's inputs for the positions, from the first pixel of the block on; `angle`: receives 16 values of
+/// the first output, and kNetworkTile numbers later those of the second.
 GELSLAM_CLONES void extend_block(const NetworkTile& tile, const NetworkJacobian& jacobian, std::size_t i,
                                  const float* color, const float* column, const float* row, float* angle) {
   constexpr std::size_t kInputs = GradientModel::kShape.sizes.front();
@@ -87,8 +90,8 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   slope_noise_ratio_ = slope_per_level(background) / kUsualSlopePerLevel;
 }
 
-/// Returns the root mean square, over the colors of the bare gel, of the change of a slope by one gray level
-/// of a color.
+/// Returns the root mean square change of a slope when one channel changes by one gray level, over the three
+/// channels, both slopes and every eighth pixel of the background.
 double GradientMap::slope_per_level(const cv::Mat3b& background) {
   constexpr int kStepPx = 2 * kBlockPx;
   const ColorTable unchanged = color_table(Light{});
@@ -111,7 +114,7 @@ double GradientMap::slope_per_level(const cv::Mat3b& background) {
   return std::sqrt(squares / count);
 }
 
-/// Makes slopes of the angles that the network reads, in place.
+/// Replaces the angles in angles_ by the slopes: their tangents, corrected by the model's slope_matrix.
 void GradientMap::to_slopes() {
   tangents(angles_);
   if (slope_matrix_ == GradientModel{}.slope_matrix) return;
@@ -136,7 +139,8 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
   run_rough(bgr, colors);
 }
 
-/// Sorts blocks by the range of each color within a block.
+/// Divides the blocks into smooth ones, in which no channel varies by more than kSmoothLevels, and the
+/// others.
 void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks) {
   smooth_.clear();
   rough_.clear();
@@ -168,8 +172,8 @@ void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks) {
   }
 }
 
-/// Returns the largest of the three, of a whole block in the row of blocks that `least_` and `most_`
-/// describe.
+/// Returns the largest range of a channel, in gray levels, within the block whose first column is `left`, in
+/// the row of blocks that least_ and most_ describe.
 int GradientMap::color_range(int left) const {
   int range = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -184,10 +188,10 @@ int GradientMap::color_range(int left) const {
   return range;
 }
 
-/// Evaluates the network at the mean color and the middle of each block, and from there along the
-/// derivatives.
+/// Evaluates the network once for each smooth block, at its mean color and its center, and extrapolates to
+/// the pixels.
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
-  constexpr std::size_t kBlocksAtOnce = kNetworkTile / kBlockArea;  // whose pixels fill a tile
+  constexpr std::size_t kBlocksAtOnce = kNetworkTile / kBlockArea;  // the blocks whose pixels fill a tile
   colors_of_blocks_.resize(3 * kBlockArea * kNetworkTile);
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
@@ -225,7 +229,8 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   }
 }
 
-/// Writes the angles of whole blocks, one after the other.
+/// Converts angles_ to slopes, subtracts those of the background, and writes them to whole blocks with the
+/// given first pixels.
 void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
   to_slopes();
   const float* slope_x = angles_.data();

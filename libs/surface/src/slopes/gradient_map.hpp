@@ -9,28 +9,32 @@
 
 namespace gelslam::surface::detail {
 
-/// Bare gel is read flatter than this: 0.01 to 0.06 as the median over all pixels (another sensor's model
-/// reads 0.24 or more), 0.08 at its steepest places (the shallowest ball press 0.14).
+/// The largest slope that a model of the same sensor reads on bare gel. The median over all pixels is 0.01 to
+/// 0.06, and 0.08 is the largest value (presses of balls have 0.14 or more). With a model of another sensor
+/// the median is 0.24 or more.
 inline constexpr double kBareSlope = 0.105;
 
-/// Turns slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5
+/// Replaces slope angles (rad) by their tangents, with a relative error below 1e-6. Angles are limited to 1.5
 /// rad.
 void tangents(NetworkTile::Values<2>& angles_rad);
 
-/// Computes the gradient of the gel's height over a whole image, relative to the background image. In a block
-/// of 4x4 pixels of nearly the same color the network is evaluated once, with its derivatives: it is linear
-/// but for the few ReLUs that switch within the block.
+/// Computes the gradient of the height of the gel over a picture: the tangents of the two slope angles that
+/// the gradient model reads from the color and the position of each pixel, minus those that it reads at the
+/// same pixel of the background (NormalFlow, §III). If the colors of a 4x4-pixel block are nearly equal, the
+/// network is evaluated once for the block and extrapolated to its pixels with its derivatives. The error is
+/// small, because few ReLUs switch within such a block. This shortcut is not in the papers.
 class GradientMap {
  public:
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
 
-  /// Writes gx, gy (HxW, height per distance) in the blocks set in `blocks` (block_grid()), and zero
-  /// elsewhere. All images have the background's size; `colors` brings them into the background's light. The
-  /// result in a block does not depend on which others are set.
+  /// Computes `gx`, `gy` (HxW, dimensionless) in the blocks that are set in `blocks` (see block_grid()), and
+  /// sets them to zero elsewhere. `bgr` has the size of the background; `colors` converts its gray levels to
+  /// the background's light. The result in a block does not depend on which other blocks are set.
   void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& blocks, cv::Mat1f& gx,
                cv::Mat1f& gy);
 
-  /// Returns what the model says about the background itself: a bias that is smooth if nothing touches there.
+  /// Returns the gradient that the model reads in the background (HxW, dimensionless). Where nothing touches
+  /// the gel, it is the smooth error of the model.
   const cv::Mat1f& background_gx() const { return background_gx_; }
   const cv::Mat1f& background_gy() const { return background_gy_; }
   /// Returns Surface::slope_noise_ratio.
@@ -50,17 +54,17 @@ class GradientMap {
   FrozenNetwork network_;
   std::array<float, 4> slope_matrix_;
   double slope_noise_ratio_ = 0;
-  std::array<float, 3> to_unit_{1 / 255.0F, 1 / 255.0F, 1 / 255.0F};  // of gray levels, for the network
+  std::array<float, 3> to_unit_{1 / 255.0F, 1 / 255.0F, 1 / 255.0F};  // gray levels to the network's input
   std::vector<float> column_, row_;                                   // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
   cv::Mat1f gx_, gy_;                        // the result of compute()
-  std::vector<cv::Point> smooth_, rough_;    // first pixels of smooth blocks; pixels of all others
-  std::vector<unsigned char> least_, most_;  // values of a row of blocks, by column
-  std::vector<float> colors_of_blocks_;      // of a tile of smooth blocks, corrected: block, channel, pixel
+  std::vector<cv::Point> smooth_, rough_;    // first pixels of smooth blocks; pixels of the others
+  std::vector<unsigned char> least_, most_;  // per column and channel, in a row of blocks
+  std::vector<float> colors_of_blocks_;      // the network's input for a tile: [block][channel][pixel]
   NetworkTile tile_;
   NetworkJacobian jacobian_;
   alignas(64) NetworkTile::Values<2> angles_{};
-  std::array<int, kNetworkTile> pixels_{};  // where the angles belong
+  std::array<int, kNetworkTile> pixels_{};  // the indices of the pixels in the tile
 };
 
 }  // namespace gelslam::surface::detail

@@ -1,4 +1,5 @@
-// Plain floats: compiled for several instruction sets, chosen at run time.
+// Evaluates and trains the gradient model, a small multilayer perceptron (NormalFlow, §III). The loops over
+// samples are compiled for several instruction sets, of which one is chosen at run time.
 
 #include "gelslam/surface/gradient_model.hpp"
 
@@ -11,7 +12,8 @@ namespace {
 
 constexpr int kTile = kNetworkTile;
 
-// Vectors of one register: GCC keeps longer ones in memory, which takes ten times as long.
+// Vectors that fit into one register of the instruction set. GCC keeps longer ones in memory, which is ten
+// times slower.
 struct Register128 {
   typedef float Vector __attribute__((vector_size(16), may_alias));
 };
@@ -26,13 +28,15 @@ template <class Register>
 struct Kernels {
   using Vector = typename Register::Vector;
   static constexpr int kLanes = sizeof(Vector) / sizeof(float);
-  // Sums at once, of the 32 registers of AVX-512 or the 16 of others: they hide the latency of multiply-add,
-  // and each input and weight that is loaded serves several.
+  // The number of sums that are accumulated at the same time: half of the 32 registers of AVX-512, or of the
+  // 16 of other instruction sets. Several independent sums hide the latency of multiply-add, and each input
+  // and weight that is loaded is used several times.
   static constexpr int kSums = kLanes == 16 ? 16 : 8;
-  static constexpr int kBlock = kSums / 2;  // outputs of hidden layers at once
+  static constexpr int kBlock = kSums / 2;  // the number of a hidden layer's outputs computed at a time
 
-  // out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * out_stride + i * in_stride].
-  // `Block` outputs at once, of which `outputs` is a multiple.
+  // Computes out[o][p] = sum_i weight(o, i) in[i][p] + bias[o], with weight(o, i) = weight[o * out_stride + i
+  // * in_stride], for all samples p of a tile. `outputs` is a multiple of `Block`. If `Rectify` is set, a
+  // ReLU is applied to the result.
   template <int Block, bool Rectify>
   [[gnu::always_inline]] static void multiply(int outputs, int inputs, int out_stride, int in_stride,
                                               const float* weight, const float* bias, const float* in,
@@ -65,7 +69,7 @@ struct Kernels {
                              in, out);
   }
 
-  /// Derivatives by a layer's inputs of what has the derivatives `delta` by its outputs.
+  /// Propagates derivatives back through a layer: from `delta`, those by its outputs, to those by its inputs.
   template <int Block>
   [[gnu::always_inline]] static void run_back(const NetworkShape& shape, const float* numbers,
                                               std::size_t layer, const float* delta, float* out) {
@@ -74,7 +78,7 @@ struct Kernels {
                            delta, out);
   }
 
-  // gradient[o][i] += sum_p delta[o][p] in[i][p]
+  // Adds the derivatives by a layer's weights: gradient[o][i] += sum_p delta[o][p] in[i][p].
   template <int Outputs, int Inputs>
   [[gnu::always_inline]] static void add_products(const float* delta, const float* in, float* gradient) {
     constexpr int block = 2;
@@ -180,7 +184,8 @@ void run(int level, const Function& function) {
     function(Kernels<Register128>{});
 }
 
-/// Not cleared: a narrower network uses a part of it.
+/// The values of a wide network for a tile of samples. It is not initialized, because most networks use only
+/// a part of it.
 struct alignas(64) WideTile {
   NetworkTile::Values<5> input;
   std::array<NetworkTile::Values<WideNetwork::kWidest>, 3> hidden;
@@ -194,7 +199,8 @@ void run_wide(const WideNetwork& network, const NetworkTile& tile, int level, Wi
   });
 }
 
-// Two components of a normal and the third. What is no part of a unit normal is nearly upright: 1.5 rad.
+// A unit normal. Where the network's outputs for x and y are too long for a unit vector, z is limited so that
+// the slope is at most 1.5 rad.
 struct Normal {
   float x, y, z;
 };
@@ -262,7 +268,7 @@ void network_backward(const GradientModel& n, const NetworkTile& t, const Networ
 
 GELSLAM_CLONES void Adam::step(GradientModel& network, const GradientModel& gradient, double learning_rate) {
   ++steps_;
-  // The published bias corrections, folded into rate and epsilon.
+  // Adam's bias corrections are combined with the learning rate and epsilon.
   const double second = std::sqrt(1.0 - std::pow(0.999, steps_)), first = 1.0 - std::pow(0.9, steps_);
   const auto rate = static_cast<float>(learning_rate * second / first),
              epsilon = static_cast<float>(1e-8 * second);

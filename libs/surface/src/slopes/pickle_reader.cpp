@@ -11,19 +11,19 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// What torch.save writes, one instruction after the other. Nothing is executed and nothing refers to anything
-// else, so that a file cannot take more memory than its own size.
+// The instructions of a pickle file as torch.save writes them, in a list. Nothing is executed, and no object
+// refers to another one, so that a file cannot take more memory than its own size.
 struct PickleToken {
-  unsigned char opcode;  // 'K' for integers of any length
+  unsigned char opcode;  // 'K' stands for integers of any length
   std::int64_t integer = 0;
-  std::string_view text;  // of a global: its name without the module
+  std::string_view text;  // a text, or the name of a global without its module
 };
 using PickleTokens = std::vector<PickleToken>;
 
 constexpr std::string_view kRebuildTensor = "_rebuild_tensor_v2";
 constexpr unsigned char kText = 'X', kGlobal = 'c', kInteger = 'K', kMark = '(';
-// Without operands: empty tuple, tuples, dict, list; reduce, build, persistent id; none, true, false; appends
-// and items of dictionaries.
+// The opcodes without operands: empty tuple, tuples, dict, list; reduce, build, persistent id; None, True,
+// False; and those that append to lists and set items of dictionaries.
 constexpr std::string_view kPlain =
     "()t\x85\x86\x87}]RbQN\x88\x89"
     "aesu";
@@ -46,7 +46,7 @@ class PickleTokenizer {
         if (const int protocol = read_byte(); protocol < 2 || protocol > 5)
           throw Error("pickle protocol is none of 2 to 5");
         break;
-      case 0x95:  // a frame, which only helps those who read from a stream
+      case 0x95:  // a frame, which matters only when reading from a stream
         read_text(8);
         break;
       case 'K':
@@ -66,7 +66,7 @@ class PickleTokenizer {
         const std::string_view module = read_line();
         return add_global(module, read_line());
       }
-      case 0x93: {  // a global, by the last two texts
+      case 0x93: {  // a global, whose module and name are the last two texts
         const std::string_view name = take_text();
         return add_global(take_text(), name);
       }
@@ -89,7 +89,7 @@ class PickleTokenizer {
     }
   }
 
-  // Only texts and globals come again.
+  // Memoized values are recalled only for texts and globals.
   void remember(std::uint32_t slot) {
     if (tokens_.empty()) throw Error("data.pkl is damaged (empty stack)");
     memo_[slot] = tokens_.back();
@@ -149,7 +149,7 @@ class PickleTokenizer {
   std::unordered_map<std::uint32_t, PickleToken> memo_;
 };
 
-// One after the other, as torch._utils._rebuild_tensor_v2 is called:
+// Reads the arguments of torch._utils._rebuild_tensor_v2 in their order:
 // ((storage, class, key, device, elements), offset, size, stride, ...).
 class TensorCall {
  public:
@@ -201,7 +201,8 @@ class TensorCall {
   std::span<const PickleToken> tokens_;
 };
 
-// Of a checkpoint what belongs to its entry with the state_dict, else everything.
+// Returns the instructions that belong to the state_dict of a checkpoint, or all if there is only a
+// state_dict.
 std::span<const PickleToken> state_dict_of(std::span<const PickleToken> tokens) {
   const auto entry = std::ranges::find_if(tokens, [](const PickleToken& token) {
     return token.opcode == kText && (token.text == "state_dict" || token.text == "model_state_dict");

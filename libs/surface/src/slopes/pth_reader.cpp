@@ -16,12 +16,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the weights in the file are little-endian");
 
-/// What torch.save writes has two entries per layer; a checkpoint's optimizer has as many again, twice.
+/// A state_dict has two entries per layer, and the optimizer of a checkpoint adds twice as many.
 constexpr ZipLimits kLimits = {
     .entries = 256,
     .entry_bytes = sizeof(double) * static_cast<std::size_t>(WideNetwork::kWidest * WideNetwork::kWidest)};
 
-/// The entries of the archive's one folder that holds data.pkl, by their names in it.
+/// The entries of a zip archive that torch.save wrote, in the one folder that holds data.pkl. They are found
+/// by their names in that folder.
 class TorchArchive {
  public:
   explicit TorchArchive(std::span<const unsigned char> file)
@@ -47,7 +48,7 @@ class TorchArchive {
 
  private:
   std::vector<ZipEntry> entries_;
-  std::string root_;  // with its slash
+  std::string root_;  // the name of the folder, with a slash at the end
 };
 
 using Values = std::vector<double>;
@@ -96,8 +97,8 @@ Values read_tensor(const TorchArchive& archive, const TensorEntry& entry) {
   return values;
 }
 
-/// The tensors of an archive. Names come without what wrappers put before them, and a convolution of single
-/// pixels has the shape of the layer that it is.
+/// The tensors of an archive. Prefixes that wrapper modules add to the names are removed, and a 1x1
+/// convolution gets the shape of the linear layer that it is equivalent to.
 class StateDict {
  public:
   explicit StateDict(const TorchArchive& archive)
@@ -111,19 +112,19 @@ class StateDict {
     }
   }
 
-  /// Returns how many rows the tensor of this name has; 0: there is none, or it is another kind.
+  /// Returns the number of rows of the tensor with this name, or 0 if there is none that can be a weight.
   std::int64_t rows(const std::string& name) const {
     const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
     return found != entries_.end() && !found->shape.empty() ? found->shape[0] : 0;
   }
-  /// Returns the numbers of the one tensor of this name; refuses the network where it has another shape.
+  /// Returns the numbers of the tensor with this name. Throws Error if it is missing, or has another shape.
   Values take(const std::string& name, const Shape& shape) {
     const auto found = std::ranges::find(entries_, name, &TensorEntry::name);
     if (found == entries_.end() || found->shape != shape) refuse();
     ++taken_;
     return read_tensor(archive_, *found);
   }
-  /// Leaves out a tensor that says nothing.
+  /// Ignores a tensor that the evaluation of the network does not need.
   void skip(const std::string& name) {
     taken_ += static_cast<std::size_t>(std::ranges::count(entries_, name, &TensorEntry::name));
   }
@@ -132,7 +133,8 @@ class StateDict {
   }
 
  private:
-  /// "its layers are fc1.weight 64x5, fc1.bias 64 ...": what may be shown of hostile names.
+  /// Returns a text for an error message, "its layers are fc1.weight 64x5, fc1.bias 64 ...", in which names
+  /// from the file are shown only as far as they are harmless.
   [[noreturn]] void refuse() const {
     constexpr std::size_t shown = 8;
     std::string text;
@@ -158,9 +160,9 @@ struct Layer {
   Values weight, bias;
 };
 
-/// Does to a layer's numbers what a batch normalization does to its outputs.
+/// Changes the weights and biases of a layer so that they include the batch normalization of its outputs.
 void fold_normalization(StateDict& dict, const std::string& norm, Layer& layer) {
-  constexpr double epsilon = 1e-5;  // PyTorch's, which no file states
+  constexpr double epsilon = 1e-5;  // the default of PyTorch; it is not stored in the file
   const Shape shape = {layer.outputs};
   const Values gain = dict.take(norm + ".weight", shape), shift = dict.take(norm + ".bias", shape),
                mean = dict.take(norm + ".running_mean", shape),
@@ -177,11 +179,13 @@ void fold_normalization(StateDict& dict, const std::string& norm, Layer& layer) 
 
 using Layers = std::array<Layer, NetworkShape::kLayers>;
 
-// What the maker's network reads of presses of balls on four real sensors is, in the mean, 1.155, 0.05; 0.06,
-// 0.91 times the slopes along x, y (0.98 to 1.27; 0.70 to 1.05). This is the inverse.
+// The correction of the slopes (gx, gy) that the network of GelSight reads, a 2x2 matrix. It is the inverse
+// of (1.155, 0.05; 0.06, 0.91), the mean factor between read and true slopes in presses of balls on four real
+// sensors. There, the first element was 0.98 to 1.27 and the last 0.70 to 1.05.
 constexpr std::array<float, 4> kMakersSlopes = {0.868F, -0.048F, -0.057F, 1.102F};
 
-/// Returns a model filled up with neurons without effect, to the sizes that can be evaluated.
+/// Returns a model with the given layers. If they are narrower than the sizes that can be evaluated, neurons
+/// with zero weights are added.
 GradientModel model_of(const Layers& layers, bool gives_normals) {
   NetworkShape shape = GradientModel::kShape;
   bool wide = false;
@@ -212,7 +216,7 @@ GradientModel read_archive(std::span<const unsigned char> file) {
   StateDict dict(archive);
   const std::string kind = dict.rows("conv1.weight") > 0 ? "conv" : "fc";
   Layers layers;
-  bool makers = kind == "fc";  // by its sizes
+  bool makers = kind == "fc";  // GelSight's network is recognized by its sizes
   std::int64_t inputs = GradientModel::kShape.sizes.front();
   for (std::size_t l = 0; l < layers.size(); inputs = layers[l++].outputs) {
     const std::string number = std::to_string(l + 1), name = kind + number, norm = "bn" + number;
@@ -228,7 +232,7 @@ GradientModel read_archive(std::span<const unsigned char> file) {
   dict.check_all_taken();
   if (!makers) return model_of(layers, false);
   for (std::size_t weight = 0; weight < layers[0].weight.size(); weight += 5)
-    std::swap(layers[0].weight[weight + 3], layers[0].weight[weight + 4]);  // it takes rows first
+    std::swap(layers[0].weight[weight + 3], layers[0].weight[weight + 4]);  // its inputs are row and column
   GradientModel model = model_of(layers, true);
   model.slope_matrix = kMakersSlopes;
   return model;

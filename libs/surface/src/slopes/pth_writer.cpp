@@ -14,7 +14,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "tensors and pickles are written as they lie in memory");
 
-/// A float32 tensor on its way into the file; `values` are row-major, as many as `shape` says.
+/// A float32 tensor that is to be written. `values` are row-major, and as many as `shape` requires.
 struct NamedTensor {
   std::string name;
   std::vector<int> shape;
@@ -28,7 +28,8 @@ std::string bytes_of(Number number) {
   return bytes;
 }
 
-/// The few opcodes of pickle protocol 2 that a state_dict takes (Python's pickletools.py describes them).
+/// Writes the few opcodes of pickle protocol 2 that a state_dict needs. Python's pickletools.py describes
+/// them.
 class Pickle {
  public:
   Pickle& global(const std::string& module, const std::string& name) {
@@ -40,11 +41,11 @@ class Pickle {
   Pickle& number(int value) { return add("J").add(bytes_of(static_cast<std::int32_t>(value))); }
   Pickle& no() { return add("\x89"); }
   Pickle& mark() { return add("("); }
-  Pickle& tuple() { return add("t"); }  ///< of everything since the mark
+  Pickle& tuple() { return add("t"); }  ///< from everything since the mark
   Pickle& empty_tuple() { return add(")"); }
   Pickle& call() { return add("R"); }
   Pickle& persistent_id() { return add("Q"); }
-  Pickle& set_items() { return add("u"); }  ///< pairs since the mark, into the dictionary before it
+  Pickle& set_items() { return add("u"); }  ///< puts the pairs since the mark into the dictionary before it
   std::string finish() { return add(".").bytes_; }
 
  private:
@@ -55,7 +56,8 @@ class Pickle {
   std::string bytes_ = "\x80\x02";
 };
 
-/// OrderedDict of torch._utils._rebuild_tensor_v2(storage, offset, shape, stride, requires_grad, hooks).
+/// Returns the pickle of an OrderedDict whose values are calls of
+/// torch._utils._rebuild_tensor_v2(storage, offset, shape, stride, requires_grad, hooks).
 std::string pickle_of(const std::vector<NamedTensor>& tensors) {
   Pickle pickle;
   pickle.global("collections", "OrderedDict").empty_tuple().call().mark();

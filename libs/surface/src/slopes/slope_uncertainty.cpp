@@ -1,3 +1,6 @@
+// The standard deviation of the slopes that a gradient model reads, and the confidence of a pixel that
+// follows from it. This is not in the papers.
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -7,15 +10,18 @@
 namespace gelslam {
 namespace {
 
-// On rendered presses and scans a network that was trained on ball presses errs by 0.05 rad in the middle, by
-// 0.15 at 3 mm from the border and by 0.3 at 1 mm.
+// The standard deviation that is assumed at the distance s from the border of the picture is
+// kBestSlopeSigmaRad + kBorderSigmaRad exp(-s / kBorderLengthMm). On rendered presses and scans, the error of
+// a network that was trained on ball presses is 0.05 rad in the middle, 0.15 at 3 mm from the border, and 0.3
+// at 1 mm.
 constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
-// The share of a change of the true slope that networks read, measured on balls of two sensors: 1 up to 25
-// degrees, falling to 0.15 at 31 degrees, the steepest slope that they read (docs/benchmarks/slopes.png).
+// The derivative of the read slope by the true slope, measured on presses of balls on two sensors: 1 up to 25
+// degrees, then falling linearly to 0.15 at 31 degrees, the steepest slope that networks read
+// (docs/benchmarks/slopes.png).
 constexpr double kFollowedDeg = 25, kFallDeg = 7, kMinFollowed = 0.15;
 
-constexpr int kFilledIn = 1;  // The sentinel of Surface::confidence.
+constexpr int kFilledIn = 1;  // the value of Surface::confidence in pixels whose normals were interpolated
 
 }  // namespace
 

@@ -8,39 +8,43 @@
 
 namespace gelslam {
 
-/// The noise of both slopes, taken to be that of the noisier surface, in units of Surface::slope_noise_ratio.
+/// Returns the noise that is assumed when two surfaces are compared: the larger of the two values of
+/// Surface::slope_noise_ratio.
 double shared_noise(const Surface& a, const Surface& b);
 
-/// The options of NormalFlow. Values with a unit hold for a surface with a slope_noise_ratio of 1, and grow
-/// with it.
+/// The options of NormalFlow. Values in rad or mm hold for surfaces with a slope_noise_ratio of 1. They are
+/// multiplied by shared_noise(), except for gradient_scale_error.
 struct NormalFlowOptions {
-  int max_samples = 3000;  // pixels of the reference's contact
+  int max_samples = 3000;  ///< the number of pixels of the reference's contact that are used
   int max_iterations = 50;
   int min_iterations = 2;
-  int min_shared_samples = 10;  // fewer hardly determine five numbers
+  int min_shared_samples = 10;  ///< fewer samples hardly determine five parameters
   CurvatureLimits curvature;
-  double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
-  double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
-  double height_noise_mm = 0.004;  ///< standard deviation of the mean height over a contact
-  /// Relative error of the length of a roll, because slopes are read too steep or too flat.
+  /// The scale of the Cauchy kernel on the residuals of normals. Outliers are, for example, dirt and
+  /// scratches, which move with the gel and not with the object.
+  double robust_scale_rad = 0.05;
+  double normal_noise_rad = 0.02;  ///< the smallest standard deviation of a normal that is assumed
+  double height_noise_mm = 0.004;  ///< the standard deviation of the mean height over a contact
+  /// The relative error of a measured roll or depth, because slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
 };
 
-/// Says how much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest
-/// normalized cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the
-/// contact shared. Near 1 for a knurl, a cloth or a straight ridge: registration then succeeds at several
-/// places. Source: own; masked correlation after Padfield, IEEE TIP 2012.
+/// Returns how similar a surface is to itself after a shift of at least kMinPeriodMm, from 0 to 1: the
+/// largest normalized correlation of its curvature (without the mean) with itself, over all shifts for which
+/// at least half of the contact overlaps. It is near 1 for a knurl, a cloth or a straight ridge, where a
+/// registration would succeed at several places. The correlation is that of Padfield (IEEE TIP 2012), for
+/// masked images; its use here is not in the papers.
 double self_similarity(const Surface& surface);
 
-/// Holds the self-similarity of a surface, which is computed when it is first asked for. References of one
-/// surface share it.
+/// A cache of the self-similarity of a surface, which is computed when it is first needed. All references
+/// that are made of this surface share it.
 struct SelfSimilarity;
 using SelfSimilarityPtr = std::shared_ptr<SelfSimilarity>;
 SelfSimilarityPtr make_self_similarity();
 
-/// Holds what is computed once per keyframe: samples, their points, normals, and how normals change over the
-/// surface (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV). Immutable, shareable
-/// between threads.
+/// A reference surface, prepared for registration: the samples of its contact with their points, normals and
+/// gradients of the normals. Because NormalFlow is inverse compositional (Baker and Matthews 2004; Huang et
+/// al., RA-L 2024, §IV), these are computed once per keyframe. Immutable; can be shared between threads.
 class NormalFlowReference {
  public:
   NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options,
@@ -49,7 +53,7 @@ class NormalFlowReference {
   NormalFlowReference(NormalFlowReference&&) noexcept;
   const Surface& surface() const;
   int sample_count() const;
-  /// self_similarity() of the surface, computed when it is first asked for. Thread-safe.
+  /// Returns gelslam::self_similarity() of the surface, which is computed at the first call. Thread-safe.
   double self_similarity() const;
 
   struct Impl;
@@ -59,16 +63,16 @@ class NormalFlowReference {
   std::unique_ptr<const Impl> impl_;
 };
 
-/// Holds what registration needs of a surface that is kept for long. It is made when it is asked for, and
-/// kept for as long as somebody uses it or it was used a short while ago. Cheap to copy. Thread-safe.
+/// The NormalFlowReference of a surface that is kept for long. It is made when it is requested, and stays in
+/// memory while it is used or was used recently. Cheap to copy. Thread-safe.
 class StoredReference {
  public:
-  StoredReference() = default;                                        ///< none
-  StoredReference(std::shared_ptr<const NormalFlowReference> ready);  ///< kept as it is
+  StoredReference() = default;                                        ///< holds no reference
+  StoredReference(std::shared_ptr<const NormalFlowReference> ready);  ///< keeps this reference in memory
   StoredReference(StoredSurface surface, const NormalFlowOptions& options);
 
   explicit operator bool() const { return entry_ != nullptr; }
-  /// It must not be called when there is none. Hold the result while you use it.
+  /// Returns the reference. There must be one. Keep the result as long as you use it.
   std::shared_ptr<const NormalFlowReference> get() const;
   std::shared_ptr<const NormalFlowReference> operator->() const { return get(); }
 
@@ -77,14 +81,14 @@ class StoredReference {
   std::shared_ptr<Entry> entry_;
 };
 
-/// Finds the most probable pose: it aligns the reference's surface normals with the target's, weighed against
-/// the prior by the information that both surfaces share. Never throws on weak data: the result's status says
-/// what happened, and the pose is the best estimate either way.
+/// Registers two surfaces by NormalFlow: finds the most probable pose target_T_reference, given the normals
+/// and heights of both surfaces and the prior. It does not throw if the surfaces do not determine the pose;
+/// the status of the result then says why, and the pose is the best estimate that was found.
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
                                         const PosePrior& prior, const NormalFlowOptions& options);
 
-/// Judges a pose that another method found, by the same samples and limits. It fills everything in the result
-/// but the iterations.
+/// Evaluates a given pose by the same samples and limits as register_normal_flow(), without changing it. All
+/// members of the result except `iterations` are computed.
 RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,
                               const Pose& target_T_reference, const NormalFlowOptions& options);
 

@@ -7,19 +7,22 @@
 
 namespace gelslam {
 
-/// A surface made ready for others to be registered to it. Immutable, shareable between threads.
+/// A surface that is prepared as the reference of registrations. Immutable; can be shared between threads.
 struct PreparedReference {
-  /// Every method's result is judged by these samples (judge_pose), and loop closure goes on with them.
+  /// The samples of the surface, with which the results of any method are judged (judge_pose) and loop
+  /// closure works.
   std::shared_ptr<const NormalFlowReference> samples;
-  /// Registers a target from the prior's pose, where the method uses a start at all. Never throws on weak
-  /// data: the result's status says what happened.
+  /// Registers a target to this reference, beginning at the prior's `start` if the method needs an initial
+  /// value. It does not throw if the surfaces do not determine the pose; the status of the result then says
+  /// why.
   std::function<RegistrationResult(const Surface& target, const PosePrior& prior)> register_to;
 };
 
-/// A method that finds the pose between two surfaces, with its settings: does everything that depends on the
-/// reference alone, once per keyframe.
+/// A registration method with its options. Called once per keyframe, it does all computations that depend on
+/// the reference alone.
 using Registrar = std::function<PreparedReference(SurfacePtr reference)>;
 
+/// Returns the method of register_normal_flow().
 Registrar make_normal_flow(const NormalFlowOptions& options);
 
 }  // namespace gelslam

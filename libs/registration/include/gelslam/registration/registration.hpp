@@ -8,84 +8,96 @@
 
 namespace gelslam {
 
-/// Converts rotations to millimeters where both are compared: the distance from the axis, half a contact, at
-/// which the motion is measured.
+/// The factor that converts rotations to lengths where the two are compared: the motion of a point at a
+/// distance of 5 mm from the axis, half the width of a typical contact.
 inline constexpr double kMmPerRad = 5.0;
 
-/// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
-/// farther than this from where it was expected, a place was not expected at all.
+/// The shortest period of a repeating texture that is taken into account, in mm. Two shifts that differ by
+/// less are the same place, and a place that is farther than this from the expected one is an unexpected one.
 inline constexpr double kMinPeriodMm = 1.0;
 
-/// A motion (turns by kMmPerRad) is observable when its standard deviation is smaller: two of them
-/// distinguish one period of a pattern from the next.
+/// A motion is observable if its standard deviation is smaller than this (rotations are multiplied by
+/// kMmPerRad). Two standard deviations are then half a period, so that one period is not mistaken for the
+/// next.
 inline constexpr double kObservableSigmaMm = kMinPeriodMm / 4;
 
-/// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
+/// How well the curvatures of two surfaces have to agree (Huang et al., RA-L 2024). Both have no unit.
 struct CurvatureLimits {
   double min_scr = 0.3;  ///< shared curvature ratio
   double min_ccs = 0.7;  ///< curvature cosine similarity
 };
 
+/// The outcome of a registration.
 enum class RegistrationStatus {
-  converged,
-  too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small
-  curvature_mismatch,    ///< CCS too low: the two patches do not show the same surface
-  diverged,              ///< steps did not shrink, or the pose left the sensor
+  converged,             ///< the registration is accepted
+  too_little_overlap,    ///< too few samples or too little of the curvature (SCR) are in the shared contact
+  curvature_mismatch,    ///< the curvatures do not agree (CCS), so the surfaces are not the same
+  diverged,              ///< the steps did not become small before the iterations ended
   free_space_violation,  ///< the object would lie in gel that the other surface shows untouched
   ambiguous,             ///< the textures agree nearly as well at another place
-  too_little_surface,    ///< a surface without enough contact or texture to register at all
+  too_little_surface,    ///< one of the surfaces has too little contact to be registered
 };
 
-/// A sentence for a person: "too little overlap".
+/// Returns a short description for the user, for example "too little overlap".
 std::string_view describe(RegistrationStatus status);
 
-/// The covariance of a pose of which nothing is known: kMinPeriodMm along every axis, turns by kMmPerRad.
+/// Returns the covariance that is assumed for a pose of which nothing is known: a standard deviation of
+/// kMinPeriodMm along each axis, and of kMinPeriodMm / kMmPerRad = 0.2 rad about each axis.
 Matrix6d unknown_pose_covariance();
 
-/// Says what is known of target_T_reference before the surfaces are compared. What they do not show stays as
-/// it is here. The covariance says by how much a pattern of the gel may have held the pose back.
+/// What is known of target_T_reference before the surfaces are compared. Along motions that the surfaces do
+/// not show, the result of the registration stays at the pose of the prior. Covariances are those of right
+/// perturbations (rx ry rz tx ty tz, in rad and mm).
+///
+/// The registration uses `step_covariance`. `covariance`, the uncertainty of the pose before the
+/// registration, is used only for the information of the result: a gel pattern pulls the pose toward no
+/// motion, by an error that is at most as large as this covariance (docs/algorithms.md).
 struct PosePrior : UncertainPose {
-  Matrix6d step_covariance = Matrix6d::Identity();  ///< of the last motion alone: how far the pose may move
-  Pose start = Pose::Identity();                    ///< the initial guess
+  /// The covariance of the motion since the last frame alone.
+  Matrix6d step_covariance = Matrix6d::Identity();
+  Pose start = Pose::Identity();  ///< the initial value of target_T_reference
 
   PosePrior(const UncertainPose& target_T_reference, const Matrix6d& of_step)
       : UncertainPose(target_T_reference), step_covariance(of_step), start(pose) {}
-  /// Makes a prior of an initial guess: its step covariance is unknown_pose_covariance() besides what the
-  /// guess states itself.
+  /// Makes a prior from an initial value without a motion model. The step covariance is the covariance of the
+  /// initial value plus unknown_pose_covariance().
   PosePrior(const UncertainPose& target_T_reference);  // NOLINT: a pose is a start
   PosePrior(const Pose& target_T_reference) : PosePrior(UncertainPose{target_T_reference}) {}  // NOLINT
 };
 
+/// The result of a registration.
 struct RegistrationResult {
   RegistrationStatus status = RegistrationStatus::too_little_surface;
   Pose target_T_reference = Pose::Identity();
-  /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
-  /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
+  /// The inverse covariance of the right perturbation xi of the pose, for which the true pose is
+  /// target_T_reference * exp(xi), in the order rx ry rz tx ty tz (rad, mm) and the axes of the reference
+  /// frame. It is small along motions that the surfaces do not show.
   Matrix6d information = Matrix6d::Zero();
-  /// Right perturbations as columns. The surfaces may show one of them and not another; `information` is that
-  /// of each.
+  /// Six independent directions of motion as columns, which are right perturbations. Each of them is either
+  /// shown by both surfaces, to some degree, or not. The last one is z.
   Matrix6d directions = Matrix6d::Identity();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
-  /// Correlation of the two curvatures (means removed) over the shared contact, -1..1: near 0 where only
-  /// noise or a broad shape is shared, which agrees with any place.
+  /// The correlation coefficient of the two curvatures over the shared contact, -1..1. It is near 0 if the
+  /// surfaces share only noise or a broad shape, which would also agree at other places.
   double texture_correlation = 0.0;
-  double normal_rmse_rad = 0.0;  ///< root mean square angle between aligned normals
+  double normal_rmse_rad = 0.0;  ///< root mean square residual of the normals
   double height_rmse_mm = 0.0;   ///< root mean square height difference over the shared contact
-  int shared_samples = 0;        ///< of the reference, inside both contacts
-  /// of the shared contact as read, in the reference's frame
+  int shared_samples = 0;  ///< the number of samples of the reference that fall on contact of the target
+  /// The center of the shared contact in the reference frame.
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int iterations = 0;
-  /// Says for x y z rx ry rz, along the axes of the target's sensor frame, whether both surfaces show this
-  /// motion well enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it;
-  /// for z, whether both show bare gel.
+  /// Whether the motions x y z rx ry rz, along the axes of the target's sensor frame and about the center of
+  /// the shared contact, are observable: the standard deviation that follows from the two surfaces alone,
+  /// with the possible effect of a gel pattern, is below kObservableSigmaMm (0.25 mm or 0.05 rad). z is
+  /// observable if both surfaces show bare gel.
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
 
-/// Says in words what the surface does not show: "sliding along x is not observable", or "" when it shows all
-/// six motions.
+/// Returns a text for the user about the motions that are not observable, for example "sliding along x is not
+/// observable", or "" if all six are observable.
 std::string describe_observability(const std::array<bool, 6>& observable);
 
 }  // namespace gelslam

@@ -6,24 +6,27 @@
 
 namespace gelslam {
 
-/// Proposes where NormalFlow may start (target_T_reference) when the motion was too large for it to follow:
-/// shifts and twists about that of `expected` at which the two textures agree, at any distance, the best
-/// first, six at most, with the tilt that the normals have there. Empty when the textures are too faint, or
-/// differ in size or pitch. Source: own.
+/// Returns initial poses (target_T_reference) for NormalFlow after a motion that was too large for it to
+/// follow. The search covers all shifts, and twists within 0.36 rad of that of `expected`. The result are at
+/// most six poses at which the textures of the two surfaces agree, the best first. It is empty if the
+/// textures are too faint, or if the pictures differ in size or pixel pitch. coarse_start.cpp describes the
+/// method, which is not in the papers.
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options = {});
 
-/// Returns target_T_reference for a twist and a shift in the plane z = 0 (mm) at which two pictures agree:
-/// with the tilt at which the normals that meet there agree best, and the shift that brings the points that
-/// meet there together. Without tilt and shift along z where no contacts meet. Source: own.
+/// Returns the pose target_T_reference for a twist (rad) and a shift in the plane z = 0 (mm) at which two
+/// pictures agree. Its tilt minimizes the differences between the normals that then coincide, and its
+/// translation makes the centroids of the points that coincide agree. If the contacts do not overlap, tilt
+/// and z are 0. This step is not in the papers.
 Pose coarse_pose(const Surface& reference, const Surface& target, double twist_rad,
                  const Eigen::Vector2d& shift_mm);
 
-/// Finds the one place where the target fits on the reference, among all shifts and among twists about that
-/// of `expected` (target_T_reference), after a registration from there has `failed`. Every place has to pass
-/// verify_registered(), and at one that was not expected all motions but z must be observable. Status
-/// `ambiguous`: several places fit, as on a pattern that repeats itself. `failed`, as it is: there is no
-/// place. Poses come from NormalFlow. Costs up to six registrations. Source: own.
+/// Finds the pose of the target on the reference after a registration from the pose `expected`
+/// (target_T_reference) has failed. `failed` is the result of that registration, which is returned if no pose
+/// is found. The candidates are those of coarse_starts(), registered by NormalFlow, so that the cost is at
+/// most six registrations. Each has to pass verify_registered(), and if it is farther than kMinPeriodMm from
+/// the expected pose, all its motions except z have to be observable. The status is `ambiguous` if several
+/// poses fit, as on a repeating texture. This step is not in the papers.
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& failed,
                               const NormalFlowOptions& normal_flow, const VerificationOptions& options);

@@ -9,13 +9,14 @@
 
 namespace gelslam {
 
-/// Which points of the sensor frame the pixels of a picture show, and where points appear. Pixels are those
-/// of the rectified grid, regular in the plane z = 0 about the principal point: pixel (u, v) is the ray that
-/// meets the plane at X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch), in mm ("rest coordinates"). The
-/// camera's raw image has as many pixels; without a lens they are the same. Pixels may be fractions.
+/// Maps between the pixels of a picture and points of the sensor frame. Unless raw pixels are mentioned,
+/// pixels are those of the rectified grid, which is regular in the plane z = 0: the ray of pixel (u, v) meets
+/// this plane at the "rest coordinates" X = ((u - W/2 + 1/2) * pitch, (v - H/2 + 1/2) * pitch) in mm. The raw
+/// image of the camera has as many pixels, and without lens distortion the two are the same. Pixel
+/// coordinates may be fractions. This camera is not in the papers, whose camera is orthographic.
 struct CameraModel {
-  cv::Size size;
-  double pitch_mm = 0;
+  cv::Size size;        ///< width and height of the picture in pixels
+  double pitch_mm = 0;  ///< mm per pixel in the plane z = 0
   SensorOptics optics = {};
 
   bool operator==(const CameraModel&) const = default;
@@ -31,7 +32,7 @@ struct CameraModel {
   Eigen::Vector2d to_mm(cv::Point pixel) const { return to_mm(Eigen::Vector2d(pixel.x, pixel.y)); }
   Eigen::Vector2d to_px(const Eigen::Vector2d& rest_mm) const { return rest_mm / pitch_mm + center_px(); }
 
-  /// Returns the point of height z that the ray of rest coordinates X shows.
+  /// Returns the point at the height z (mm, in the sensor frame) on the ray with the rest coordinates X.
   template <typename Scalar>
   Eigen::Matrix<Scalar, 3, 1> point_mm(const Eigen::Matrix<Scalar, 2, 1>& rest_mm, Scalar height_mm) const {
     const Scalar scale = 1 + height_mm * static_cast<Scalar>(optics.inverse_distance());
@@ -41,13 +42,14 @@ struct CameraModel {
     return point_mm(to_mm(pixel), height_mm);
   }
 
-  /// Returns the rest coordinates of the ray through a point.
+  /// Returns the rest coordinates (mm) of the ray through a point of the sensor frame.
   template <typename Scalar>
   Eigen::Matrix<Scalar, 2, 1> project(const Eigen::Matrix<Scalar, 3, 1>& point_mm) const {
     return point_mm.template head<2>() / (1 + point_mm.z() * static_cast<Scalar>(optics.inverse_distance()));
   }
 
-  /// Returns the pixel that shows a point; none beyond the picture, behind the camera and for NaN.
+  /// Returns the pixel in which a point appears, or nothing if it is outside the picture, behind the camera,
+  /// or not a number.
   std::optional<cv::Point> pixel_at(const Eigen::Vector3d& point_mm) const {
     if (!(1 + point_mm.z() * optics.inverse_distance() > 0)) return std::nullopt;
     return pixel_of(to_px(project(point_mm)));
@@ -58,7 +60,7 @@ struct CameraModel {
     return cv::Point(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
   }
 
-  /// Returns the height of the gel at rest, at a point of the sensor frame, and its slopes there.
+  // The height of the gel at rest (mm) at x and y of the sensor frame, and its gradient (dz/dx, dz/dy) there.
   double rest_height_mm(const Eigen::Vector2d& xy_mm) const {
     return -(optics.gel_dome_per_mm[0] * xy_mm.x() * xy_mm.x() +
              optics.gel_dome_per_mm[1] * xy_mm.y() * xy_mm.y());
@@ -66,31 +68,32 @@ struct CameraModel {
   Eigen::Vector2d rest_slope(const Eigen::Vector2d& xy_mm) const {
     return {-2 * optics.gel_dome_per_mm[0] * xy_mm.x(), -2 * optics.gel_dome_per_mm[1] * xy_mm.y()};
   }
-  /// Returns the point of the gel at rest that the ray of rest coordinates X shows.
+  /// Returns the point (mm) at which the ray with the rest coordinates X meets the gel at rest.
   Eigen::Vector3d rest_point_mm(const Eigen::Vector2d& rest_mm) const {
-    // z = -q (1 + z / distance)²
+    // The height solves z = -q (1 + z / distance)².
     const double q = -rest_height_mm(rest_mm);
     const double scale = 2 / (1 + std::sqrt(1 + 4 * q * optics.inverse_distance()));
     return {scale * rest_mm.x(), scale * rest_mm.y(), -q * scale * scale};
   }
 
-  /// Returns w = D ln(1 + z / D) of a height z, with the camera's distance D: its derivatives by the rest
-  /// coordinates follow from slopes alone (docs/algorithms.md). z itself for an orthographic camera.
+  /// Returns w = D ln(1 + z / D) for a height z, where D is the distance of the camera; for an orthographic
+  /// camera w = z. The derivatives of w by the rest coordinates depend on the slopes alone, not on the
+  /// height, so w can be integrated (docs/algorithms.md).
   double relief_mm(double height_mm) const {
     const double per_mm = optics.inverse_distance();
     return per_mm > 0 ? std::log1p(height_mm * per_mm) / per_mm : height_mm;
   }
-  /// Returns the inverse, z = D (exp(w / D) - 1).
+  /// Returns the inverse of relief_mm(): z = D (exp(w / D) - 1).
   double height_mm(double relief_mm) const {
     const double per_mm = optics.inverse_distance();
     return per_mm > 0 ? std::expm1(relief_mm * per_mm) / per_mm : relief_mm;
   }
 
-  /// Returns where a pixel of the rectified grid lies in the raw image; none where it bends rays back (a
-  /// strong negative k1 far out).
+  /// Returns the pixel of the raw image that shows the same ray as a pixel of the rectified grid, or nothing
+  /// if the pixel is so far out that a negative k1 would map it back toward the center.
   std::optional<Eigen::Vector2d> raw_px(const Eigen::Vector2d& px) const;
-  /// Returns the inverse: the pixel of the rectified grid at `raw_px`, or the nearest one where the lens
-  /// bends no ray to it.
+  /// Returns the inverse of raw_px(): the pixel of the rectified grid that shows the ray of a raw pixel, or
+  /// the nearest one if the lens maps no ray to that raw pixel.
   Eigen::Vector2d rectified_px(const Eigen::Vector2d& raw_px) const;
 
  private:

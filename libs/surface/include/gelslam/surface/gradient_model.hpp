@@ -12,8 +12,9 @@
 
 namespace gelslam {
 
-/// Where the numbers of a network lie: five inputs, three hidden layers with ReLU, two outputs; of each layer
-/// the weights, row-major [out][in], then the biases.
+/// The sizes of a network with three hidden layers (ReLU), and the layout of its numbers: for each layer the
+/// weights, row-major [out][in], then the biases. `sizes` are the numbers of inputs (5), of neurons in the
+/// hidden layers, and of outputs (2).
 struct NetworkShape {
   static constexpr std::size_t kLayers = 4;
   std::array<int, kLayers + 1> sizes;
@@ -30,41 +31,43 @@ struct NetworkShape {
   bool operator==(const NetworkShape&) const = default;
 };
 
-/// A network of other sizes, which only FrozenNetwork evaluates. Hidden sizes are multiples of 8 up to
-/// kWidest.
+/// A network of other sizes than GradientModel::kShape. It can be evaluated by FrozenNetwork, but not
+/// trained. The sizes of the hidden layers are multiples of 8 up to kWidest.
 struct WideNetwork {
   static constexpr int kWidest = 256;
   NetworkShape shape;
-  /// The outputs are the unit normal's n_x, n_y, as in the network that GelSight ships with its Python SDK
-  /// (nnmini.pt): the gel's slopes dh/dx, dh/dy are n_x / n_z and n_y / n_z. Order and signs are measured on
-  /// recorded presses: the SDK's own texts name the outputs rows and columns, and its viewer converts the
-  /// colors twice.
+  /// If set, the outputs are the components n_x, n_y of a unit normal instead of slope angles, as in the
+  /// network that GelSight distributes with its Python SDK (nnmini.pt). The slopes dh/dx, dh/dy are then n_x
+  /// / n_z and n_y / n_z. This order and these signs were found on recorded presses, because the texts of the
+  /// SDK do not state them clearly.
   bool gives_normals = false;
   std::vector<float> numbers;
 
   bool operator==(const WideNetwork&) const = default;
 };
 
-/// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
-/// (atan dh/dx, atan dh/dy). The same type holds derivatives by the network's numbers and Adam's moments. A
-/// new one holds zeros.
+/// The gradient model: a network that maps the color and the position of a pixel, (B, G, R) / 255, u / W, v /
+/// H, to two slope angles in radians, atan(dh/dx) and atan(dh/dy) (NormalFlow, §III). The same type is used
+/// for the derivatives of a loss by the network's numbers, and for the moments of Adam. A new one holds
+/// zeros.
 struct GradientModel {
   static constexpr std::size_t kLayers = NetworkShape::kLayers;
   static constexpr NetworkShape kShape = {{5, 32, 32, 32, 2}};
 
   std::array<float, kShape.start(kLayers)> numbers{};
-  /// Standard deviation (rad) of both angles, of kSigmaColumns x kSigmaRows cells of the picture, row by row;
-  /// empty: not stated.
+  /// The standard deviation (rad) of both angles in kSigmaColumns x kSigmaRows cells of the picture, row by
+  /// row; empty if the model does not state it.
   static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
   std::vector<float> sigma_rad;
   /// If present, it is used instead of `numbers`, which are zero.
   std::optional<WideNetwork> wide;
-  /// dh/dx, dh/dy are this, row by row, times what the network reads: the correction of another sensor's.
+  /// A 2x2 matrix, row by row. The gradient (dh/dx, dh/dy) is this matrix times the slopes that the network
+  /// reads. It corrects a model of another sensor, and is the identity otherwise.
   std::array<float, 4> slope_matrix = {1, 0, 0, 1};
-  /// The optics of the sensor that it reads, if they are known.
+  /// The optics of the sensor for which the model was trained, if they are known.
   std::optional<SensorOptics> optics;
-  /// The mean color (B, G, R, gray levels) of the bare gel in training, if it is known. Pictures are scaled
-  /// to it channel by channel, so that another exposure gives the same slopes.
+  /// The mean color (B, G, R in gray levels) of the bare gel in training, if it is known. Each channel of a
+  /// picture is scaled so that the background gets this mean, and another exposure gives the same slopes.
   std::optional<std::array<float, 3>> bare_gel_bgr;
 
   std::span<float> weight(std::size_t layer) {
@@ -86,7 +89,7 @@ struct GradientModel {
 /// weights_only. The same model gives the same bytes. Throws Error when the disk does not take it.
 void write_pth_model(const std::filesystem::path& path, const GradientModel& model);
 
-/// Samples that the network evaluates together. Buffers are [neuron][sample].
+/// The number of samples that the network evaluates together. Buffers are ordered [neuron][sample].
 inline constexpr int kNetworkTile = 64;
 struct alignas(64) NetworkTile {
   template <int Neurons>
@@ -96,32 +99,35 @@ struct alignas(64) NetworkTile {
   Values<2> output{};
 };
 
-/// The level of this processor, numbered as the levels of x86-64: 4 has AVX-512, 3 AVX2. 1 elsewhere.
+/// Returns the instruction set of this processor: 4 for x86-64-v4 (AVX-512), 3 for x86-64-v3 (AVX2), else 1.
 int instruction_level();
 
-/// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same
-/// operations in the same order: its result does not depend on its place in the tile.
-/// A `level` below this processor's is for tests and benchmarks.
+/// Computes `output` from `input`, and `hidden`, which network_backward needs. All samples are computed by
+/// the same operations in the same order, so that a result does not depend on the position in the tile.
+/// `level`: the instruction set; a lower one than that of this processor is useful for tests and benchmarks.
 void network_forward(const GradientModel& network, NetworkTile& tile, int level = instruction_level());
 
-/// Adds the derivatives of a loss by the network's numbers; `d_output` holds its derivatives by the outputs.
+/// Adds the derivatives of a loss by the network's numbers to `gradient`. `d_output`: the derivatives of the
+/// loss by the outputs. network_forward() has to be called before on the same tile.
 void network_backward(const GradientModel& network, const NetworkTile& tile,
                       const NetworkTile::Values<2>& d_output, GradientModel& gradient,
                       int level = instruction_level());
 
-/// Derivatives of both outputs by the inputs.
+/// The derivatives of the two outputs by the five inputs.
 struct alignas(64) NetworkJacobian {
   std::array<NetworkTile::Values<5>, 2> of_output{};
 };
 
-/// A network whose numbers no longer change. A wide one gives angles, too, and leaves `hidden` as it is.
+/// A trained network, of any size. Its outputs are always slope angles in rad, also if the network gives
+/// normals.
 class FrozenNetwork {
  public:
   explicit FrozenNetwork(const GradientModel& network, int level = instruction_level())
       : network_(network), level_(level) {}
-  /// Like network_forward().
+  /// Computes `output` from `input`, like network_forward(). A wide network leaves `hidden` unchanged.
   void forward(NetworkTile& tile) const;
-  /// To be called after forward() on the same tile.
+  /// Computes the derivatives of the outputs by the inputs. Has to be called after forward() on the same
+  /// tile.
   void jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
 
  private:
@@ -129,7 +135,7 @@ class FrozenNetwork {
   int level_;
 };
 
-/// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.
+/// The optimizer Adam (Kingma and Ba 2015, algorithm 1), with the decay rates of that paper.
 class Adam {
  public:
   void step(GradientModel& network, const GradientModel& gradient, double learning_rate);
@@ -139,8 +145,8 @@ class Adam {
   int steps_ = 0;
 };
 
-/// First weights for training: He's initialization for ReLU layers; biases are zero. `normal()` draws from
-/// the standard normal distribution.
+/// Returns the initial weights for a training: He's initialization for layers with ReLU, and zero biases.
+/// `normal()` draws from the standard normal distribution.
 template <class Normal>
 GradientModel initial_network(Normal&& normal) {
   GradientModel network;

@@ -9,38 +9,42 @@
 
 namespace gelslam {
 
-/// Holds what is known of a surface without its maps.
+/// The properties of a surface that can be known without unpacking its maps. The members mean the same as in
+/// Surface.
 struct SurfaceFacts {
-  cv::Size size;
+  cv::Size size;  ///< width and height of the maps in pixels
   double pixel_pitch_mm = 0;
   double slope_sigma_ratio = 1;
   int contact_pixels = 0;
-  Eigen::Vector2d contact_center_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d contact_center_mm = Eigen::Vector2d::Zero();  ///< see contact_center_mm() in surface.hpp
 };
 SurfaceFacts facts_of(const Surface& surface);
 
-/// A surface as maps keep it in memory and in files. It has every pixel of the contact's bounding box, and
-/// means over 4x4 pixels outside it, where the gel is smooth. Values are quantized, then compressed without
-/// loss, with a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a
-/// hundredth of their noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is
-/// rounded to kCurvatureStep. This step is so small that few pixels become equal, because registration
-/// chooses its samples by the rank of their curvature. Packing what was unpacked gives the same bytes.
-/// Immutable, cheap to copy, shareable between threads. Layout: docs/file-formats.md.
+/// A compressed surface, about 25 times smaller than a Surface, as it is kept in memory and in files. It has
+/// every pixel in the bounding box of the contact, and means over 4x4 pixels outside it, where the gel is
+/// smooth. The values are quantized and then compressed without loss. Normals are rounded to kNormalStep, a
+/// hundredth of their noise (0.02 rad), and heights to kHeightStepMm, a thirtieth of theirs (0.004 mm). The
+/// step of the curvature, kCurvatureStep, is so small that few pixels become equal, because the registration
+/// chooses its samples by the rank of their curvature. Packing an unpacked surface gives the same bytes.
+/// Objects are immutable, cheap to copy, and can be shared between threads. docs/file-formats.md describes
+/// the layout.
 class PackedSurface {
  public:
   static constexpr float kNormalStep = 1.0F / 4096;
   static constexpr float kHeightStepMm = 1.0F / 8192;
   static constexpr float kCurvatureStep = 1.0F / 32768;
-  static constexpr float kCoarseNormalStep = 1.0F / 1024;  ///< beyond the contact's box
-  static constexpr float kCoarseHeightStepMm = 1.0F / 2048;
-  static std::int16_t height_steps(float height_mm);  ///< rounded to kHeightStepMm
+  static constexpr float kCoarseNormalStep = 1.0F / 1024;    ///< outside the bounding box of the contact
+  static constexpr float kCoarseHeightStepMm = 1.0F / 2048;  ///< outside the bounding box of the contact
+  /// Returns a height in multiples of kHeightStepMm, rounded.
+  static std::int16_t height_steps(float height_mm);
 
   explicit PackedSurface(const Surface& surface);
-  /// What bytes() gave. Throws Error when it is damaged.
+  /// Returns the surface whose bytes() are given. Throws Error if they are damaged.
   static PackedSurface from_bytes(std::string bytes);
 
   const std::string& bytes() const { return *bytes_; }
-  /// Deterministic; takes some milliseconds. Throws Error for contents that no surface has.
+  /// Returns the surface with its maps, which takes some milliseconds. Throws Error if the contents are
+  /// impossible for a surface.
   SurfacePtr unpack() const;
 
   const SurfaceFacts& facts() const { return facts_; }

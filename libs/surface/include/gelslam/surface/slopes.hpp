@@ -8,30 +8,33 @@
 
 namespace gelslam {
 
-/// Holds dh/dx and dh/dy per pixel (HxW, dimensionless), as SurfaceEstimator reads them before integration.
+/// The gradient dh/dx, dh/dy of the height per pixel of the raw image (HxW, dimensionless), before
+/// integration.
 struct SlopeMap {
   cv::Mat1f gx, gy;
 };
 
-/// Returns the slopes that the model reads at every pixel of a picture, less those it reads in the
-/// background. Changes of the light are not compensated. Throws Error when sizes differ or the model does not
-/// fit.
+/// Returns the slopes that the model reads at every pixel of a picture, minus those that it reads in the
+/// background. Changes of the light are not compensated. Throws Error when the sizes of the pictures differ.
 SlopeMap read_slope_map(const GradientModel& model, const cv::Mat3b& bgr, const cv::Mat3b& background);
 
-/// Makes surfaces from gradients and contact masks that are known already (gradient_maps.npy and
-/// contact_masks.npy of the public TactileTracking data), all of one size. Not thread-safe: it keeps work
-/// buffers.
+/// Makes surfaces from gradients and contact masks that are already known, as in the files gradient_maps.npy
+/// and contact_masks.npy of the public TactileTracking data. All have the size of the camera. Not
+/// thread-safe, because it keeps work buffers.
 class GradientSurfaces {
  public:
   /// The pictures have at least 16x16 pixels.
   explicit GradientSurfaces(const CameraModel& camera);
   ~GradientSurfaces();
 
-  /// gx, gy: slopes on the rectified grid, relative to the gel at rest; `touched`: not 0 where the object
-  /// touches, which is eroded. Zero height is the median where nothing touches.
+  /// Returns the surface of one frame. `gx`, `gy`: the gradient on the rectified grid (HxW, dimensionless),
+  /// relative to the gel at rest; `touched`: the contact mask (HxW), not 0 where the object touches. The
+  /// contact of the result is this mask, eroded by border(). Heights are relative to the gel at rest where
+  /// the mask and the slopes show bare gel.
   SurfacePtr make(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& touched);
 
-  /// Returns what contacts are eroded with: a square of H/48 pixels around each, as in the public systems.
+  /// Returns the structuring element with which contact masks are eroded: a square that reaches kRimMm to
+  /// each side (rounded to pixels), about as in the public systems.
   static cv::Mat border(double pixel_pitch_mm);
 
  private:
@@ -42,9 +45,9 @@ class GradientSurfaces {
 /// The standard deviation of slopes at the best place of the gel for a model that does not state one.
 inline constexpr double kBestSlopeSigmaRad = 0.05;
 
-/// Standard deviation (rad) of the slopes that a color model reads, by place on the gel.
+/// The standard deviation of the slopes that a gradient model reads, over the gel.
 struct SlopeUncertainty {
-  cv::Mat1f sigma_rad;  ///< one value per cell of a grid over the picture; the grid may have any size
+  cv::Mat1f sigma_rad;  ///< in rad, one value per cell of a grid over the picture; the grid may have any size
 };
 
 /// Returns the uncertainty that is assumed for a model that does not state one (not in the papers). Because
@@ -59,16 +62,17 @@ SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, do
 /// Surface::slope_sigma_ratio.
 double relative_sigma(const SlopeUncertainty& uncertainty);
 
-/// Returns 255 (best / sigma)² of every pixel, 2 to 255: Surface::confidence where all is contact. The best
-/// is the least sigma, at least kBestSlopeSigmaRad.
+/// Returns for each pixel 255 (s / sigma)², rounded and limited to 2 ... 255, where s is the smallest sigma
+/// of the gel but at least kBestSlopeSigmaRad. This is Surface::confidence if the whole picture is contact.
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
 
-/// Lowers Surface::confidence on steep slopes. Networks read them too flat: a change of the true slope
-/// changes the read slope by less, so the read slope's noise is a larger error of the true slope.
+/// Lowers Surface::confidence on slopes of more than 25 degrees. Networks read them too flat: the read slope
+/// changes by less than the true slope, so the same noise of the read slope means a larger error of the true
+/// slope.
 void lower_steep_confidence(const cv::Mat3f& normals, cv::Mat1b& confidence);
 
-/// Says whether the normal of a pixel was measured: it is in the contact, and was not interpolated from
-/// others.
+/// Returns whether the normal of a pixel was measured: the pixel is in contact, and its normal was not
+/// interpolated from other pixels.
 bool is_read(const Surface& surface, cv::Point pixel);
 /// Returns a mask, 255 where is_read() is true.
 cv::Mat1b read_contact(const Surface& surface);
