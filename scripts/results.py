@@ -31,6 +31,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
 PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
+NOT_MEASURED = re.compile(r" \(– to –\)| \(–\)")  # a spread or a processor that older results do not have
 FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
 ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy."
 HEADLINE = {"_ate": "trajectory.ate_mm", "_rotation": "trajectory.rotation_rmse_deg"}
@@ -368,7 +369,7 @@ def filled(template, results):
             return match[2]
         value = known[match[2]]
         return "–" if value is None else f"{value:.{match[3]}f}" if match[3] else value
-    return FIELD.sub(text, template)
+    return NOT_MEASURED.sub("", FIELD.sub(text, template))
 
 
 def measure(out, results):
