@@ -40,7 +40,7 @@ TEST(Drift, NoticesDirt) {
   EXPECT_NEAR(drift.worst_cell_levels, 45.0, 3.0);
 }
 
-/// The cells, lit more and more to the right and down.
+/// Returns the cells of a gel that becomes brighter to the right and downward.
 cv::Mat3f tilted_cells(const cv::Vec3d& per_column, const cv::Vec3d& per_row) {
   const cv::Mat3f cells = bare_cells();
   return pixel_map<cv::Vec3f>(

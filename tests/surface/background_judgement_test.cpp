@@ -25,7 +25,8 @@ using ::testing::IsEmpty;
 
 using Warnings = std::vector<std::string>;
 
-/// Bluish top, reddish bottom, greenish sides, bright middle, by about as much as a GelSight Mini shows.
+/// Returns a picture with a bluish top, a reddish bottom, greenish sides and a bright middle, about like that
+/// of a GelSight Mini.
 cv::Mat3b bare_gel(int width = 320) {
   return pixel_map<cv::Vec3b>({width, width * 3 / 4}, [&](int u, int v) {
     const double x = 2.0 * u / width - 1, y = 2.0 * v / (width * 3 / 4) - 1,
@@ -46,7 +47,7 @@ cv::Mat3b upside_down(const cv::Mat3b& image) {
   return result;
 }
 
-/// Some spots of dirt, 12 % darker than the gel.
+/// Adds some spots of dirt that are 12 % darker than the gel.
 cv::Mat3b stained(const cv::Mat3b& image) {
   cv::Mat1f shade(image.size(), 1.0F);
   cv::RNG random(7);
@@ -58,7 +59,7 @@ cv::Mat3b stained(const cv::Mat3b& image) {
   return shaded(image, shade);
 }
 
-/// Printed dots, `columns` by `rows`, a little out of line, as dark as ink.
+/// Adds `columns` by `rows` printed dots, slightly out of line and as dark as ink.
 cv::Mat3b with_markers(const cv::Mat3b& image, int columns, int rows, double diameter_px,
                        double light = 0.35) {
   cv::Mat1f ink(image.size(), 0.0F);
@@ -75,7 +76,7 @@ cv::Mat3b with_markers(const cv::Mat3b& image, int columns, int rows, double dia
   return shaded(image, cv::Mat1f(1.0 - (1.0 - light) * ink));
 }
 
-/// As many dark specks that lie anyhow: dirt.
+/// Adds dark specks at random places, as many as there may be printed dots.
 cv::Mat3b with_dirt(const cv::Mat3b& image, int count) {
   cv::Mat3b result = image.clone();
   cv::RNG random(5);
@@ -85,7 +86,7 @@ cv::Mat3b with_dirt(const cv::Mat3b& image, int count) {
   return result;
 }
 
-/// A cut across the gel, three pixels wide.
+/// Adds a cut across the gel that is three pixels wide.
 cv::Mat3b torn(const cv::Mat3b& image) {
   cv::Mat3b result = image.clone();
   const int unit = image.cols / 320;
@@ -93,7 +94,7 @@ cv::Mat3b torn(const cv::Mat3b& image) {
   return result;
 }
 
-/// Each is a line of a terminal.
+/// Expects that each warning fits into a line of a terminal, and returns the warnings.
 Warnings short_ones(Warnings warnings) {
   for (const std::string& warning : warnings) EXPECT_LE(warning.size(), 120U) << warning;
   return warnings;

@@ -19,20 +19,21 @@ BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
   return check_background(frames, linear_gel_model(), SurfaceOptions{});
 }
 
-/// A ball pressed in, or nearly nothing of it.
+/// Returns a picture of a ball that is pressed in. With a depth near 0 it shows bare gel.
 cv::Mat3b touched(double depth_mm, double noise, std::uint64_t seed, double u = 140,
                   double radius_mm = 4.75) {
   return render(ball_press(kSensor, kPitchMm, u, 120, radius_mm, depth_mm), kPitchMm, noise, seed);
 }
 
-// Ten frames of a ball, `step_px` further to the right in each.
+// Returns ten frames of a ball that moves by `step_px` to the right in each.
 std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
   std::vector<cv::Mat3b> frames;
   for (unsigned i = 0; i < 10; ++i) frames.push_back(touched(depth_mm, noise, i, 140 + step_px * i));
   return frames;
 }
 
-// A quarter darker at first: the picture is that of the exposure it settles at, and no touch.
+// The first frames are a quarter darker. The background must have the exposure of the last frames, and the
+// change must not be taken for a touch.
 TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   std::vector<cv::Mat3b> frames;
   for (unsigned i = 0; i < 9; ++i)
@@ -69,8 +70,8 @@ TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
   EXPECT_THAT(check(frames).reason, HasSubstr("frame 10 of 10"));
 }
 
-/// As a video codec shows a still scene: `side_px` blocks jump by up to `levels` at some frame and stay
-/// there, all else repeats.
+/// Returns frames of a still scene as a video codec shows it: a part of the blocks of `side_px` pixels
+/// changes by up to `levels` in some frame and then stays, and everything else repeats.
 std::vector<cv::Mat3b> compressed(int side_px, double levels, double share) {
   std::mt19937 random(5);
   std::vector<cv::Mat3b> frames(10, bare_picture(0.0, 0));
@@ -95,14 +96,15 @@ TEST(CheckBackground, CompressionThatSpoilsThePictureIsNamed) {
   EXPECT_THAT(check(rolling(0.4, 2.0, 1.0)).reason, Not(HasSubstr("compress")));
 }
 
-/// More of the gel is touched in every frame; what touches most of it is no noise either.
+/// A contact that covers most of the gel must be found as motion, too, and not be taken for noise.
 TEST(CheckBackground, AWideContactThatComesIsSeen) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
   for (std::size_t i = 1; i < 5; ++i) frames[i] = touched(0.9, 1.0, i, 160, 60);
   EXPECT_THAT(check(frames).reason, HasSubstr("moves on the gel"));
 }
 
-/// Frames of a log that begins with a dark and with old pictures, of a touch that is shallow enough to pass.
+/// Returns the frames of a log that begins with a dark picture and with old pictures of a touch, which is so
+/// shallow that no imprint is found.
 std::vector<cv::Mat3b> stale_start() {
   std::vector<cv::Mat3b> frames;
   for (unsigned i = 0; i < 20; ++i) {
@@ -123,7 +125,8 @@ TEST(FindBareStretch, IsTheLongestOneWithoutAnImprint) {
   EXPECT_FALSE(find_bare_stretch({frames.begin() + 13, frames.end()}, 10, linear_gel_model(), {}));
 }
 
-/// Rows of a rolling shutter under lamps that are dimmed by pulses.
+/// Lamps that are dimmed by pulses make rows flicker during a rolling shutter. This must not be taken for
+/// motion.
 TEST(CheckBackground, RowsThatFlickerAreNoMotion) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -134,8 +137,8 @@ TEST(CheckBackground, RowsThatFlickerAreNoMotion) {
   EXPECT_EQ(check(frames).reason, "");
 }
 
-/// A bright spot in the coating reads as an imprint. It stays where it is while a ball comes and goes; the
-/// imprint of an object does not.
+/// The model reads a bright spot in the coating as an imprint. The spot stays while a ball comes and goes,
+/// but the imprint of an object does not.
 TEST(FindBareStretch, WhatAllOfTheLogShowsIsTheGelsOwn) {
   std::vector<cv::Mat3b> worn, still, rested;
   for (unsigned i = 0; i < 20; ++i) {

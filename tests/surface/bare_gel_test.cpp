@@ -16,7 +16,7 @@ namespace {
 
 using namespace surface::detail;
 
-/// What a sensor reads of a height field (pixels): slopes, times a factor that the place decides.
+/// What a sensor reads of a height field (in pixels): the slopes times a factor that depends on the column.
 struct Reading {
   cv::Mat1f gx, gy;
   cv::Mat1b changed;
@@ -39,7 +39,7 @@ cv::Mat1b in_blocks(const cv::Mat1b& pixels) {
 
 constexpr double kBorrowedModel = 3.6;  // Surface::slope_sigma_ratio
 
-/// Heights integrated from slopes and laid on the bare gel, in pixels.
+/// Heights in pixels that were integrated from slopes and corrected by BareGelLeveler.
 struct Leveled {
   cv::Mat1f height;
   bool seen = false;
@@ -55,14 +55,14 @@ Leveled leveled(const Reading& reading) {
   return leveled(reading, leveler);
 }
 
-/// A rod across the picture, a parabola `half_width` pixels to both sides.
+/// A rod across the picture: a parabola that is `half_width` pixels wide to each side.
 double trench_px(int u, double center, double half_width, double depth) {
   const double x = (u - center) / half_width;
   return -depth * std::max(0.0, 1 - x * x);
 }
 
-// A rod from the upper to the lower border, whose right flank reads 20 % flat: what is left of it and what is
-// right of it are bare gel all the same. Depth 1 mm.
+// A rod lies from the upper to the lower border, 1 mm deep, and its right flank is read 20 % too flat.
+// Nevertheless the gel on both sides must be recognized as bare and get the height 0.
 TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
   const double depth = 1.0 / kPitchMm;
   const cv::Mat1f truth = pixel_map<float>(kSensor, [&](int u, int) { return trench_px(u, 160, 60, depth); });
@@ -75,11 +75,12 @@ TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
         EXPECT_NEAR(kPitchMm * height(v, u), 0.0, 0.02) << u << " " << v;
       }
     }
-  // The error, 0.2 of the depth, is spread over both flanks: half of it is left at the deepest line.
+  // The error, 0.2 of the depth, is distributed over both flanks, so half of it remains at the deepest line.
   EXPECT_NEAR(kPitchMm * height(120, 160), -0.9, 0.03);
 }
 
-// The same rod near the border of the gel, where the model knows little: the error belongs to that flank.
+// The same rod lies near the border of the gel, where the model is less accurate, so the error is attributed
+// to the flank there.
 TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const double depth = 1.0 / kPitchMm;
   const cv::Mat1f truth = pixel_map<float>(kSensor, [&](int u, int) { return trench_px(u, 250, 45, depth); });
@@ -92,8 +93,8 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
 }
 
-/// A coin whose field lies lower than bare gel by 4 pixels, although the gel falls from it toward the raised
-/// rim.
+/// A coin whose field lies 4 pixels below bare gel, and whose rim lies deeper, so that the gel falls from the
+/// field to the rim.
 cv::Mat1f coin_px(cv::Point center, double radius) {
   return pixel_map<float>(kSensor, [&](int u, int v) {
     const double r = std::hypot(u - center.x, v - center.y);
@@ -103,7 +104,7 @@ cv::Mat1f coin_px(cv::Point center, double radius) {
 }
 
 TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
-  // The second one leaves 3 % of the picture bare, in a corner.
+  // The second coin leaves only 3 % of the picture bare, in a corner.
   for (const auto& [center, radius] : {std::pair(cv::Point(160, 120), 105), {cv::Point(120, 80), 189}}) {
     const Reading reading = read(coin_px(center, radius), [](int) { return 1.0; });
     ASSERT_EQ(reading.changed(center), 0);
@@ -114,9 +115,9 @@ TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
   }
 }
 
-// A finger from the upper border, whose right flank a borrowed model reads far too steep: integration lifts
-// the gel on that side, but around the tip slopes say that both sides are one. The larger side is no pressed
-// face.
+// A finger reaches in from the upper border, and a model of another sensor reads its right flank far too
+// steep. The integration therefore lifts the gel on that side. But around the tip the slopes connect both
+// sides, so the lower one, which is larger, must not be taken for a pressed face.
 TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
   for (const double factor : {1.8, 2.4}) {
     const cv::Mat1f truth = pixel_map<float>(kSensor, [](int u, int v) {
@@ -126,7 +127,8 @@ TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
     Reading reading = read(truth, [&](int u) { return u > 225 ? factor : 1.0; });
     const cv::Mat1f integrated = PoissonSolver(kSensor).solve(reading.gx, reading.gy);
     EXPECT_GT(integrated(20, 150) - integrated(20, 20), 5) << "what integration alone makes of it";
-    // A narrow strip beyond the tip changes color, too.
+    // A narrow strip beyond the tip has changed color, too, so the two sides are not connected by unchanged
+    // gel.
     reading.changed(cv::Rect(200, 190, 60, 50)).setTo(255);
     const auto [height, seen] = leveled(reading);
     EXPECT_TRUE(seen);
@@ -135,8 +137,8 @@ TEST(BareGel, OnBothSidesOfAContactIsOneWhereSlopesAroundItSaySo) {
   }
 }
 
-/// Of a field that errors let lie just at the limit, one frame says bare and the next pressed, if each
-/// decides alone.
+/// If the depth of a field is just at the limit, and each frame decided by itself, one frame would take it
+/// for bare and the next for pressed.
 TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
   const auto fields_height = [](BareGelLeveler& leveler, double depth) {
     const cv::Mat1f truth = pixel_map<float>(kSensor, [&](int u, int v) {
@@ -145,7 +147,7 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
     });
     return leveled(read(truth, [](int) { return 1.0; }), leveler).height(120, 160);
   };
-  // The limit is 4 pixels: 0.4 times the depth of the rim, as cells show it.
+  // The limit is 4 pixels: 0.4 times the depth of the rim after averaging over cells.
   BareGelLeveler bare({kSensor, kPitchMm}, {}, 1, kBorrowedModel),
       pressed({kSensor, kPitchMm}, {}, 1, kBorrowedModel);
   EXPECT_NEAR(fields_height(bare, 3.2), 0, 0.1);

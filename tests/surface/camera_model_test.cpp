@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// A sensor of which no number is the default one.
+/// A camera whose parameters all differ from their default values.
 CameraModel bent() { return {{320, 240}, 0.0634, {0.045, {3, -2}, 1.02, 22, {0.0017, 0.0028}}}; }
 CameraModel flat() { return {{320, 240}, 0.0634}; }
 

@@ -18,14 +18,16 @@ constexpr double kRelaxationMm = 0.7;  // of the gel beside an object
 double inside(double r_mm) { return std::cyl_bessel_i(0, r_mm / kRelaxationMm); }
 double outside(double r_mm) { return std::cyl_bessel_k(0, r_mm / kRelaxationMm); }
 
-/// The depth of a gel, by its distance in mm from column `center_u` of the middle row.
+/// Returns the heights of a gel whose depth is a function of the distance (mm) from column `center_u` of the
+/// middle row.
 template <typename Depth>
 cv::Mat1f round_gel(double center_u, double pitch_mm, const Depth& depth_mm) {
   return pixel_map<float>(
       kSensor, [&](int u, int v) { return -depth_mm(pitch_mm * std::hypot(u - center_u, v - 119.5)); });
 }
 
-/// A pressed ring, 0.8 mm wide; the gel within and around it hangs as a membrane does.
+/// Returns the heights of a pressed ring that is 0.8 mm wide. Inside and outside of it the gel is draped like
+/// a membrane.
 cv::Mat1f ring(double inner_mm, double center_u) {
   const double outer_mm = inner_mm + 0.8;
   return round_gel(center_u, kPitchMm, [&](double r_mm) {
@@ -56,8 +58,8 @@ double radius_mm(const cv::Mat1b& contact, double pitch_mm) {
   return pitch_mm * std::sqrt(cv::countNonZero(contact) / CV_PI);
 }
 
-// A ball in a membrane: the contact ends where the cap and the free gel have the same slope. Its radius is
-// known, for any depth and pixel pitch; what blurs the curvature widens it by at most 0.2 mm.
+// A ball presses a membrane. The contact ends where the ball and the free gel have the same slope, at a known
+// radius. The smoothing of the curvature may widen the contact by 0.2 mm.
 TEST(ContactMask, EndsWhereTheGelLeavesABall) {
   for (const double pitch_mm : {0.0423, kPitchMm, 0.0845})
     for (const double ball_mm : {3.0, 5.0, 8.0})
@@ -74,8 +76,8 @@ TEST(ContactMask, EndsWhereTheGelLeavesABall) {
       }
 }
 
-// All pressure at the edge of a flat face is concentrated on a line, which blur widens by 0.2 to 0.4 mm;
-// without the curvature, the gel beside it would be contact for 1 mm and more.
+// At the edge of a flat face the pressure is concentrated on a line, which smoothing widens by 0.2 to 0.4 mm.
+// Without the curvature, the gel beside the face would count as contact over 1 mm or more.
 TEST(ContactMask, HardlyDependsOnTheGelBesideAFlatFace) {
   const auto flat_face = [](double relaxation_mm) {
     return round_gel(159.5, kPitchMm, [=](double r_mm) {
@@ -88,7 +90,8 @@ TEST(ContactMask, HardlyDependsOnTheGelBesideAFlatFace) {
     EXPECT_NEAR(radius_mm(contact_of(flat_face(relaxation_mm)), kPitchMm), 2, 0.4) << relaxation_mm;
 }
 
-// Up to 3.3 mm² are filled: a radius of 1.03 mm, of which the blur takes up to 0.5 mm.
+// Holes of up to 3.3 mm² are filled, which have a radius of 1.03 mm. Smoothing reduces the radius by up to
+// 0.5 mm.
 TEST(ContactMask, SmallHolesOfARingAreFilledLargeOnesStay) {
   for (const double inner_mm : {0.5, 0.8, 1.9, 2.5}) {
     const cv::Mat1b contact = contact_of(ring(inner_mm, 159.5));
@@ -99,7 +102,7 @@ TEST(ContactMask, SmallHolesOfARingAreFilledLargeOnesStay) {
   }
 }
 
-// Two pressed bars: the gel between them is not in contact.
+// Two bars are pressed in. The gel that is draped between them is not in contact.
 TEST(ContactMask, EndsWhereTheGelHangsBetweenTwoCrests) {
   for (const double gap_mm : {1.0, 1.5}) {
     const cv::Mat1f height_mm = pixel_map<float>(kSensor, [&](int u, int v) {
@@ -121,7 +124,7 @@ TEST(ContactMask, AHoleThatReachesThePicturesBorderStays) {
   EXPECT_FALSE(contact(120, 2));
 }
 
-// Heights that the slopes of a borrowed model integrate to are wrong by a share of the deepest place.
+// With a model of another sensor, the error of the heights is a fraction of the largest depth.
 TEST(ContactMask, WhatIsNoDeeperThanTheErrorOfHeightsIsNoContact) {
   const cv::Mat1f height_mm = pixel_map<float>(kSensor, [](int u, int v) {
     const auto cap = [&](double at_u, double depth_mm) {

@@ -30,7 +30,7 @@ cv::Mat3b scaled(const cv::Mat3b& image, double factor) {
   return result;
 }
 
-/// By the network's definition in double precision.
+/// Evaluates the network in double precision, directly by its definition.
 cv::Vec2d slopes_at(const PthFile& file, const cv::Mat3b& picture, int u, int v) {
   const cv::Vec3b color = picture(v, u);
   const auto angles = naive_angles(file, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,

@@ -22,7 +22,8 @@ NetworkTile random_tile(std::mt19937& random) {
   return tile;
 }
 
-/// Sum of squares of the outputs: its derivative by the outputs is twice the outputs.
+/// Returns the loss of the test, the sum of squares of the outputs. Its derivative by the outputs is twice
+/// the outputs.
 double loss(const GradientModel& network, NetworkTile tile) {
   network_forward(network, tile);
   double sum = 0.0;
@@ -30,7 +31,7 @@ double loss(const GradientModel& network, NetworkTile tile) {
   return sum;
 }
 
-// Each instruction set has a kernel of its own, of which this processor would otherwise run one.
+// There is a kernel for each instruction set, and all that this processor supports are tested.
 TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
   std::mt19937 random(5);
   const GradientModel network = random_network(random);
@@ -56,8 +57,8 @@ TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
   }
 }
 
-// The first step of Adam goes by the learning rate against the sign of each derivative, whatever its size;
-// with a constant gradient every later step does the same.
+// The first step of Adam has the length of the learning rate, against the sign of each derivative, whatever
+// its size. With a constant gradient, each later step is the same.
 TEST(Adam, StepsByTheLearningRate) {
   GradientModel network, gradient;
   for (std::size_t k = 0; k < gradient.numbers.size(); ++k)

@@ -12,14 +12,14 @@
 namespace gelslam::test {
 namespace {
 
-// Seen from the middle, to the right and down: -1 to 1.
+// Returns the position of a pixel relative to the center of the picture: -1 to 1 to the right and downward.
 cv::Vec2d place(int u, int v) {
   return {2.0 * u / (kSensor.width - 1) - 1.0, 2.0 * v / (kSensor.height - 1) - 1.0};
 }
 
-// The linear gel under lamps that are brighter on one side, as on a real sensor: without that, gain and
-// offset could not be told apart. Slopes are then a little off, the same with every light, and pictures are
-// compared with each other.
+// Returns a picture of the linear gel under lamps that are brighter on one side, as on a real sensor.
+// Otherwise a gain could not be distinguished from an offset. The slopes are then slightly wrong, equally
+// with every light, so the tests compare pictures with each other.
 cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed) {
   const cv::Mat3b image = render(height_mm, kPitchMm, 1.0, seed);
   return pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {
@@ -44,13 +44,13 @@ SurfaceEstimator estimator(const SurfaceOptions& options = {}) {
   return SurfaceEstimator(linear_gel_model(), lit(kFlatGel, 1), options);
 }
 
-// To tell changes from each other.
+// Returns a name by which messages distinguish the changes.
 std::string name(const Change& change) {
   return std::to_string(change(100, 0, 0, 0)) + " " + std::to_string(change(100, 1, 1, 1));
 }
 
-// How far heights (mm) come out from those in the background's light, from the very first picture in another
-// one.
+// Returns the largest difference (mm) between the heights from a picture in a changed light and those in the
+// light of the background. The changed picture is the first one that the estimator sees.
 double worst_height_mm(const cv::Mat1f& height_mm, const Change& change) {
   SurfaceEstimator disturbed = estimator();
   const SurfacePtr truth = estimator().estimate(lit(height_mm, 2));
@@ -72,19 +72,21 @@ const Change kWindow = [](double value, double x, double y, int) {
 };
 const Change kOneSide = [](double value, double, double y, int) { return value * (1 - 0.06 * (1 - y)); };
 
-// A lamp that flickers while a shutter rolls: rows, over the contact, too.
+// A lamp that flickers during a rolling shutter, which changes rows of the picture, also those of the
+// contact.
 const Change kBands = [](double value, double, double y, int) {
   return value * (1 + 0.1 * std::sin(5 * y + 1));
 };
 
-// Stray light through a gap: over a part of the gel, the contact's too, and not quite white.
+// Stray light through a gap. It falls on a part of the gel and of the contact, and is not quite white.
 Change band_of(double levels) {
   return [levels](double value, double x, double, int c) {
     return value + levels * (c == 0 ? 0.8 : c == 1 ? 1.0 : 1.1) * std::exp(-std::pow((x - 0.2) / 0.44, 2));
   };
 }
 
-// A tenth of the depth at most: 8 bits are a third as fine in the weak channel.
+// The error may be a tenth of the depth, because in the weak channel 8 bits resolve only a third as many
+// levels.
 TEST(Light, ThatJumpsIsFollowedAtOnce) {
   for (const Change& change : {kDark, kBright, kWarm, kWeakRed})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05) << name(change);
@@ -111,7 +113,8 @@ TEST(Light, ThatIsNotFollowedIsSaid) {
     }
 }
 
-// A press tilts the gel to all sides, over most of the picture for the large ones.
+// A press tilts the gel to all sides, and a large one over most of the picture. It must not be taken for a
+// change of light.
 TEST(Light, IsNotWhatAPressChanges) {
   for (const double depth_mm : {0.2, 0.5, 0.9, 1.4}) {
     for (const double u : {40.0, 160.0, 300.0}) {
@@ -126,8 +129,8 @@ TEST(Light, IsNotWhatAPressChanges) {
   }
 }
 
-// Neither of a lamp that is out nor of pictures of something else is any light believed; all is well when
-// they are over.
+// While a lamp is off, or while pictures show something else, no light is accepted. Afterwards the heights
+// must be right again.
 TEST(Light, ThatCannotBeIsForgotten) {
   const Change no_red = [](double value, double, double, int c) { return c == 2 ? 0.0 : value; };
   const Change green = [](double, double, double, int c) { return c == 1 ? 135.0 : 0.0; };

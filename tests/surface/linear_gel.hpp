@@ -13,13 +13,13 @@ namespace gelslam::test {
 
 inline const cv::Size kSensor(320, 240);
 
-/// A gel whose color is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per gray
-/// level (about what a GelSight Mini shows), blue nothing.
+/// The color of the simulated gel: red is linear in the slope angle along x, and green in that along y, by
+/// 0.0065 rad per gray level (about that of a GelSight Mini). Blue does not depend on the slope.
 inline constexpr double kRadPerLevel = 0.0065;
 inline constexpr double kBareLevel = 110.0;
 
-/// The network that undoes it: pairs of rectified units carry the positive and the negative part through all
-/// layers.
+/// Returns the network that reads the slopes of this gel exactly. Pairs of ReLUs carry the positive and the
+/// negative part of a slope through all layers.
 inline GradientModel linear_gel_model() {
   GradientModel model;
   const auto weight = [&](std::size_t layer, int out, int in) -> float& {
@@ -39,8 +39,8 @@ inline GradientModel linear_gel_model() {
   return model;
 }
 
-/// The picture of a height map (mm), with white noise of `noise_levels` gray levels. Brightness varies over
-/// the gel in blue, so that gain and offset of the light can be told apart there, as on a real one.
+/// Returns the picture of a height map (mm), with white noise of `noise_levels` gray levels. Blue varies over
+/// the gel, so that a gain of the light can be distinguished from an offset, as on a real gel.
 inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double noise_levels,
                         std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -62,9 +62,9 @@ inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double nois
   return image;
 }
 
-/// Height (mm) of a gel into which a ball is pressed `depth_mm` deep at (u, v): the ball's own surface inside
-/// the contact circle, around it a membrane rim that leaves with the ball's slope and fades out over about 1
-/// mm.
+/// Returns the heights (mm) of a gel into which a ball is pressed `depth_mm` deep at the pixel (u, v). Inside
+/// the circle of the contact they are those of the ball; outside, a draped rim begins with the slope of the
+/// ball and ends after about 1 mm.
 inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, double radius_mm,
                             double depth_mm) {
   const double edge_depth_mm = 0.35 * depth_mm;  // where the gel leaves the ball
@@ -79,19 +79,19 @@ inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, 
   });
 }
 
-/// A gel at which nothing lies, and its picture.
+/// The heights of a gel that nothing touches, and its picture.
 inline const cv::Mat1f kFlatGel(kSensor, 0.0F);
 inline cv::Mat3b bare_picture(double noise_levels, std::uint64_t seed) {
   return render(kFlatGel, kPitchMm, noise_levels, seed);
 }
 
-/// The picture with each pixel's light times that of `shade`.
+/// Returns the picture with the brightness of each pixel multiplied by `shade`.
 inline cv::Mat3b shaded(const cv::Mat3b& image, const cv::Mat1f& shade) {
   return pixel_map<cv::Vec3b>(image.size(),
                               [&](int u, int v) { return image(v, u) * static_cast<double>(shade(v, u)); });
 }
 
-/// Radius in pixels of the circle inside which that gel lies on the ball.
+/// Returns the radius in pixels of the circle of the contact in ball_press().
 inline double contact_radius_px(double pitch_mm, double radius_mm, double depth_mm) {
   const double depth = 0.65 * depth_mm;
   return std::sqrt(2 * radius_mm * depth - depth * depth) / pitch_mm;

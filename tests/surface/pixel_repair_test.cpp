@@ -35,15 +35,16 @@ SurfacePtr surface_of(const cv::Mat3b& image) {
   return SurfaceEstimator(linear_gel_model(), kBare, SurfaceOptions{}).estimate(image);
 }
 
-/// Heights are those of the ball to 0.03 mm, and the contact is what it is without the disturbance, but for
-/// its border, which is 600 pixels long.
+/// Expects that the heights are those of the ball to 0.03 mm, and that the contact is the same as without the
+/// disturbance, except for a few pixels at its border, which is 600 pixels long.
 void expect_undisturbed(const Surface& surface, const Surface& undisturbed) {
   EXPECT_LT(cv::norm(surface.height_mm, kBall, cv::NORM_INF), 0.03);
   const cv::Mat differing = surface.contact != undisturbed.contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed.contact_pixels / 30);
 }
 
-/// Dots 32 pixels apart, moved by `shift_px`; one is missing, one is small, and one lies out of line.
+/// Adds printed dots at distances of 32 pixels, shifted by `shift_px`. One is missing, one is small, and one
+/// is out of line.
 cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
   cv::Mat1f ink(image.size(), 0.0F);
   for (int v = 24; v < image.rows; v += 32)
@@ -90,8 +91,8 @@ TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
   EXPECT_TRUE(covered.empty());
 }
 
-// A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,
-// its height is right to that times half of the width, 0.03 mm.
+// The slope of the ball changes by 0.11 over the 9 pixels that are interpolated. If it is right to a fraction
+// of that, the error of the height is at most that times half of the width, 0.03 mm.
 TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
   cv::Mat3b image = kTouched.clone();
   shine(image, kOnContact);
@@ -101,7 +102,8 @@ TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
   for (const cv::Point& place : kOnGel) EXPECT_EQ(surface->contact(place), 0) << place;
 }
 
-// As above: what is filled in is as wide. Also in a brighter light, of which the ring is no part.
+// The limit is the same as above, because the interpolated spot is as wide. The ring must also be found in a
+// brighter light, from which it differs.
 TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
   for (const double brighter : {1.0, 1.2}) {
     const cv::Mat3b image(kTouched * brighter);
@@ -113,7 +115,7 @@ TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
   }
 }
 
-// As above: what is filled in is as wide.
+// The limit is the same as above, because the interpolated spot is as wide.
 TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
   cv::Mat1f hair(kSensor, 0.0F);
   cv::polylines(hair, std::vector<std::vector<cv::Point>>{{{30, 60}, {120, 100}, {190, 125}, {290, 220}}},
@@ -122,8 +124,8 @@ TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
   expect_undisturbed(*surface_of(shaded(kTouched, cv::Mat1f(1.0F - 0.9F * hair))), *surface_of(kTouched));
 }
 
-// One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the
-// background, too.
+// Returns a picture with one wrong value in a hundred, in any channel. With another seed other values are
+// wrong; with the same seed the same pixels are, also in the background.
 cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   cv::Mat3b result = image.clone();
@@ -135,7 +137,8 @@ cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
 
 TEST(WrongPixels, AreNotSeen) {
   const SurfacePtr undisturbed = surface_of(kTouched), surface = surface_of(peppered(kTouched, 5));
-  // What is filled in is a neighbor's value: two gray levels, and so few of them are nothing in a height.
+  // A replaced value is that of a neighbor and wrong by about two gray levels. So few of them hardly change a
+  // height.
   EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
   expect_undisturbed(*surface, *undisturbed);
   const SurfacePtr from_hot_background =

@@ -14,7 +14,7 @@ namespace {
 
 using surface::detail::PoissonSolver;
 
-/// How far the solved height is from the true one, both with zero mean.
+/// Returns the largest difference between solved and true heights, both minus their means.
 template <typename Height, typename SlopeX, typename SlopeY>
 double largest_error(const cv::Size& size, const Height& height, const SlopeX& gx, const SlopeY& gy) {
   PoissonSolver solver(size);
@@ -24,8 +24,8 @@ double largest_error(const cv::Size& size, const Height& height, const SlopeX& g
   return cv::norm(solved - cv::mean(solved), truth - cv::mean(truth), cv::NORM_INF);
 }
 
-// Mean edge gradients of a quadratic are its exact differences, so only float rounding remains (heights up to
-// 64 px).
+// For a quadratic surface, the mean of two neighboring gradients is exactly the height difference, so only
+// rounding errors remain (the heights reach 64 pixels).
 TEST(Poisson, QuadraticHeightsComeBackExactlyAtEverySize) {
   for (const cv::Size size :
        {kSensor, cv::Size(161, 121), cv::Size(162, 121), cv::Size(33, 240), cv::Size(16, 16)}) {
@@ -41,9 +41,9 @@ TEST(Poisson, QuadraticHeightsComeBackExactlyAtEverySize) {
   }
 }
 
-// For any gradients, even such that no height has: what is left over between squares of four pixels has no
-// divergence (normal equations). From the middle of a square to that of the next lie half an edge between
-// pixels, a whole one and half a one, in two rows.
+// The gradients are random and have curl, so no surface has them. The normal equations say that the residuals
+// of the height differences between squares of 2x2 pixels have no divergence. Between the centers of two
+// squares, there are a half, a whole and a half difference of pixels, in two rows.
 TEST(Poisson, SolvesTheLeastSquaresProblemForInconsistentGradients) {
   const cv::Size size(64, 48);
   std::mt19937_64 random(3);

@@ -58,7 +58,7 @@ TEST(PthReader, RefusesOtherLayerSizesAndNamesThem) {
   EXPECT_THAT(refusal(file), HasSubstr("fc3.weight 32x64"));
 }
 
-/// Every instruction set has kernels of its own, of which this processor would otherwise run one.
+/// There is a kernel for each instruction set, and all that this processor supports are tested.
 void expect_reads_as(const PthFile& file) {
   const std::vector<double> inputs = {0.9, 0.2, 0.5, 0.3, 0.7}, expected = naive_angles(file, inputs);
   const GradientModel model = read(file);
@@ -106,7 +106,7 @@ TEST(PthReader, ReadsTheNetworkOfTheMakersCheckpoint) {
   EXPECT_THAT(refusal(whole.substr(0, 30000)), HasSubstr("no zip archive, or truncated"));
 }
 
-// The public kit's before 26 February 2025: convolutions of single pixels.
+// Before 26 February 2025, the models of the public system had 1x1 convolutions.
 TEST(PthReader, FoldsBatchNormalizationIntoTheLayers) {
   PthFile file;
   file.layers = random_layers(3, {5, 128, 32, 32, 2});

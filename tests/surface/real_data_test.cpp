@@ -1,4 +1,5 @@
-// The same on real presses and on rendered sequences with truth; skipped where the data is not there.
+// Tests the surface stage on real presses and on rendered sequences with ground truth. The tests are skipped
+// if the data is not available.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +28,7 @@ class RealData : public ::testing::Test {
   }
 };
 
-// A network errs on what it was not trained on as it errs on bare gel.
+// A model of another sensor must get a larger slope_sigma_ratio than a model of the same sensor.
 TEST_F(RealData, ABorrowedModelIsTrustedLess) {
   const auto sigma = [](const char* model, const std::string& sensor) {
     const cv::Mat3b background = read(data_folder() / sensor / "background.png");
@@ -36,7 +37,7 @@ TEST_F(RealData, ABorrowedModelIsTrustedLess) {
   };
   for (const std::string sensor : {"calibration", "calibration_b", "calibration_sim"}) {
     EXPECT_LT(sigma((sensor + "/model/nnmodel.pth").c_str(), sensor), 1.2) << sensor;
-    // Its scale is 11 to 30 % off, that of a sensor's own up to 6 %.
+    // The scale of its slopes is 11 to 30 % off; that of a model of the same sensor is up to 6 % off.
     const double borrowed = sigma("real/nnmini.pt", sensor);
     EXPECT_GT(borrowed, 3.0) << sensor;
     EXPECT_LT(borrowed, 9.0) << sensor;
@@ -51,7 +52,7 @@ std::vector<fs::path> presses_in(const fs::path& folder) {
   return presses;
 }
 
-// The share of the contact that does not belong to its largest piece, on average over the presses.
+// Limits the fraction of the contact outside its largest connected region, on average over the presses.
 TEST_F(RealData, ThereIsNoContactBesideAPressedBall) {
   for (const char* name : {"calibration", "calibration_b", "markers"}) {
     const fs::path folder = data_folder() / name;

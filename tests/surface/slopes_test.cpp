@@ -13,7 +13,7 @@ namespace {
 
 using test::kPitchMm;
 
-/// A smooth dent in the gel's middle: its height in pixels and its slope.
+/// Returns the height in pixels of a smooth dent in the middle of the gel.
 double dent_px(double x, double y) { return -6.0 * std::exp(-(x * x + y * y) / 800.0); }
 
 TEST(GradientSurfaces, GiveBackADentAndItsContact) {
@@ -26,7 +26,8 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
   const cv::Mat1b touched(map([](double x, double y) { return std::hypot(x, y); }) < 20);
   const SurfacePtr surface = GradientSurfaces({size, kPitchMm}).make(gx, gy, touched);
   EXPECT_EQ(surface->pixel_pitch_mm, kPitchMm);
-  // The corners are 0 in truth; the median over the untouched gel has some of the dent's foot in it.
+  // The true height of the corners is 0. The level is a little off, because the dent reaches into the gel
+  // that is taken for bare.
   EXPECT_NEAR(surface->height_mm(2, 2), 0, 0.1 * kPitchMm);
   EXPECT_NEAR(surface->height_mm(59, 79) - surface->height_mm(2, 2), kPitchMm * dent_px(0.5, 0.5),
               0.01 * 6 * kPitchMm);
@@ -40,8 +41,8 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
   EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
 }
 
-// Networks hardly read slopes beyond 31 degrees (docs/benchmarks/slopes.png): they tell little, but more than
-// what was filled in.
+// Networks hardly read slopes beyond 31 degrees (docs/benchmarks/slopes.png). The confidence there is small,
+// but larger than that of interpolated pixels.
 TEST(SlopeUncertainty, IsTheLargerTheSteeperBeyondWhatNetworksFollow) {
   const auto normals = test::pixel_map<cv::Vec3f>({90, 1}, [](int degrees, int) {
     return cv::Vec3d(std::sin(degrees * CV_PI / 180), 0, std::cos(degrees * CV_PI / 180));

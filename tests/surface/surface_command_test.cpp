@@ -1,4 +1,4 @@
-// `gelslam surface` as a person runs it.
+// Tests the command `gelslam surface`.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -86,7 +86,8 @@ TEST_F(SurfaceCommand, SaysHowRoundTheMiddleIs) {
   EXPECT_LT(sigma_mm, 0.8) << "the model reads this gel's slopes right";
 }
 
-// What the first frames of a log are asked, and whether both pictures belong together.
+// The background is checked like the first frames of a log, and must belong to the same sensor as the
+// picture.
 TEST_F(SurfaceCommand, ChecksPictureAndBackground) {
   EXPECT_THAT(run("touch.png", {}, "touch.png").err, HasSubstr("the background shows contact"));
   write_picture("dark.png", cv::Mat3b(cv::imread((folder_ / "touch.png").string()) * 0.05));

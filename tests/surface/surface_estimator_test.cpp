@@ -37,7 +37,8 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   for (const double depth_mm : {0.1, 0.4, 0.8}) {
     const cv::Mat1f truth = press(depth_mm, 150, 130);
     const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 1.0, 2));
-    // 8-bit color and noise cost a few micrometers; what is zeroed outside the change mask a few more.
+    // 8-bit colors and noise cause an error of a few micrometers, and so do slopes outside the changed area,
+    // which are taken for zero.
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.006 + 0.02 * depth_mm) << depth_mm;
     EXPECT_EQ(surface->pixel_pitch_mm, kPitchMm);
   }
@@ -54,7 +55,7 @@ TEST(SurfaceEstimator, SeesNoTouchInATestPicture) {
   EXPECT_EQ(cv::countNonZero(surface->contact), 0);
 }
 
-/// What a ray shows of a domed gel into which a ball is pressed.
+/// The height and slope at which a ray meets a domed gel into which a ball is pressed.
 struct Seen {
   double z = 0;
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
@@ -64,7 +65,8 @@ struct Seen {
 Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const Eigen::Vector3d& ball_mm) {
   const Eigen::Vector3d rest = camera.rest_point_mm(rest_mm);
   const double distance = camera.optics.camera_distance_mm;
-  // Where the ray, (x, y, z) = ((1 + z / distance) X, z), first meets the ball from below.
+  // The ray (x, y, z) = ((1 + z / distance) X, z) meets the ball at two points, of which the lower one is
+  // seen.
   const Eigen::Vector3d along(rest_mm.x() / distance, rest_mm.y() / distance, 1);
   const Eigen::Vector3d from_middle = Eigen::Vector3d(rest_mm.x(), rest_mm.y(), 0) - ball_mm;
   const double half = along.dot(from_middle), length2 = along.squaredNorm(),
@@ -77,7 +79,7 @@ Seen seen_along(const CameraModel& camera, const Eigen::Vector2d& rest_mm, const
   return {rest.z(), camera.rest_slope(rest.head<2>()), false};
 }
 
-/// The raw image of it, in the colors of the linear gel.
+/// Returns the raw image of this gel in the colors of linear_gel.hpp.
 cv::Mat3b raw_picture(const CameraModel& camera, const Eigen::Vector3d& ball_mm) {
   return pixel_map<cv::Vec3b>(camera.size, [&](int u, int v) {
     const Seen seen = seen_along(camera, camera.to_mm(camera.rectified_px(Eigen::Vector2d(u, v))), ball_mm);
@@ -127,7 +129,8 @@ TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
   }
 }
 
-// The public rule (0.2 mm, erosion by 5 pixels) sees nothing in all of these.
+// The rule of the public system (a depth of 0.2 mm, then an erosion by 5 pixels) finds no contact in these
+// pictures.
 TEST(SurfaceEstimator, ShallowTouchesAreFound) {
   for (const double depth_mm : {0.06, 0.1, 0.2}) {
     const SurfacePtr surface = make_estimator().estimate(render(press(depth_mm), kPitchMm, 1.0, 4));
@@ -147,7 +150,8 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
   }
 }
 
-// A flat face has the color of bare gel. The larger one covers more than what is left untouched.
+// A flat face has the color of bare gel. The larger of the two faces covers more of the picture than the bare
+// gel.
 TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   for (const cv::Size half : {cv::Size(60, 50), cv::Size(110, 85)}) {
     // A punch 0.4 mm deep with sloping sides 1 mm wide.
@@ -162,8 +166,9 @@ TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   }
 }
 
-// A cloth larger than the gel leaves no bare gel to tell noise, light and the zero of heights by. Its pattern
-// is read all the same, as it grows from nothing; heights are right among themselves.
+// A cloth that is larger than the gel leaves no bare gel from which noise, light and the level of the heights
+// could be estimated. Its pattern must be read nevertheless while it is pressed in slowly, up to an offset of
+// the heights.
 TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   for (const double period_px : {22.0, 30.0, 45.0}) {
     SurfaceEstimator estimator = make_estimator();
@@ -184,8 +189,9 @@ TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   }
 }
 
-// Compared with a wider picture of the same press, in which the border cuts nothing off: up to 1.3 % of the
-// contact differ. Continuing heights and contact straight ahead makes steps there, of 1.2 to 2.6 %.
+// Compares the contact with that in a wider picture of the same press, which the border does not cut. Up to
+// 1.3 % of the contact differ. If heights and contact were continued straight beyond the border, 1.2 to 2.6 %
+// would differ.
 TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
   const int margin = 80;
   const cv::Size wide(kSensor.width + 2 * margin, kSensor.height);

@@ -7,7 +7,7 @@
 namespace gelslam {
 namespace {
 
-/// Touched right of the middle, 0.3 mm deep.
+/// Returns a surface whose right half is in contact, 0.3 mm deep.
 Surface half_touched() {
   Surface surface;
   surface.contact = cv::Mat1b(240, 320, uchar(0));
