@@ -14,7 +14,8 @@
 namespace gelslam::test {
 namespace {
 
-/// To the last bit: keyframes are what their files hold from the moment they are made.
+/// Expects that two maps are equal to the last bit. This is possible because keyframes are rounded as in
+/// their files when they are made.
 void expect_same_map(const SlamMap& a, const SlamMap& b) {
   EXPECT_EQ(a.components, b.components);
   EXPECT_EQ(a.loops, b.loops);
@@ -65,7 +66,7 @@ TEST(ContinuedScan, KeepsTheMapHoweverMuchDoesNotJoinIt) {
     EXPECT_EQ(more.in_map[id], id < map.keyframes.size()) << id;
 }
 
-/// As after a kill: the loops of the last keyframes were not looked for yet.
+/// After the program was killed, the loops of the last keyframes have not been searched yet.
 TEST(ContinuedScan, SearchesForLoopsThatAKillPrevented) {
   Strokes whole;
   whole.stroke(0, 0, 0);
@@ -94,7 +95,7 @@ TEST(ContinuedScan, SaysWhichPartsJoined) {
                            "part 4 of 4 (/d.mkv): never touched"));
 }
 
-/// An older program has taken back the only trial, then the scan was killed.
+/// An older version of the program removed the only trial again, and then it was killed.
 TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
   const TemporaryFolder folder;
   Strokes scan;

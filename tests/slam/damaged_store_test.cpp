@@ -72,7 +72,7 @@ TEST_F(DamagedStore, AfterItsOwnerHasAnalyzedAndVacuumedItIsRead) {
   EXPECT_EQ(read_scan(folder.path(), {}).parts.size(), 2u);
 }
 
-/// SQLite takes it for that of this file.
+/// SQLite itself would accept the write-ahead log of another file.
 TEST_F(DamagedStore, TheWriteAheadLogOfAnotherRunIsRefused) {
   const SlamMap map = small_map();
   for (const char* run : {"a", "b"}) {
@@ -92,7 +92,8 @@ TEST_F(DamagedStore, TheWriteAheadLogOfAnotherRunIsRefused) {
               HasSubstr("session.db-wal beside it is of another run"));
 }
 
-/// Programs number on from what a session names, look its keyframes up, and add its poses.
+/// The program continues the numbers in a session, uses them as indices of keyframes, and composes its poses,
+/// so impossible values would do harm.
 TEST_F(DamagedStore, NumbersThatNoScanHasAreRefused) {
   const std::string good = read_bytes(file);
   for (const char* change : {
@@ -164,7 +165,8 @@ TEST_F(DamagedStore, MoreFramesThanADayHasAreRefused) {
     EXPECT_THAT(refusal(read), HasSubstr("session.db: holds more frames than a day of scanning makes"));
 }
 
-/// A kill may come before a keyframe of which frames or loops are written, and after it was taken back.
+/// If the program is killed, frames or loops may have been written whose keyframe was not, or was removed
+/// again.
 TEST_F(DamagedStore, WhatLeadsToNoKeyframeIsLeftOut) {
   sql(file,
       "INSERT INTO searched VALUES(7); INSERT INTO edges SELECT NULL,1,7,kind,from_T_to,information,"

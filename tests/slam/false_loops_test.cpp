@@ -1,4 +1,5 @@
-// A surface that looks the same again further on: recognition is fooled, the map must not be.
+// Scans of a surface that repeats itself. Place recognition finds false loops, and the map must be right
+// nevertheless.
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
@@ -9,9 +10,9 @@ namespace gelslam::test {
 namespace {
 
 constexpr double kPeriodMm =
-    10.0;  // more than half of the contact's width: no frame looks like itself shifted
+    10.0;  // more than half of the contact's width, so that no single frame is self-similar
 
-/// A texture without end that repeats every kPeriodMm along x.
+/// Returns an infinite texture that repeats every kPeriodMm along x.
 Field repeating_plane() {
   Waves waves = random_waves(1, 0.15, 1.0, 3.0, true);
   const double step = 2 * M_PI / kPeriodMm;
@@ -24,7 +25,7 @@ struct Stroke {
   std::vector<Pose> truth;  // by frame
 };
 
-/// Two times over the same way.
+/// Returns a scan that moves twice over the same path.
 Stroke two_strokes(double length_mm) {
   const Field texture = repeating_plane();
   GelSlam slam(SlamOptions{});
@@ -50,7 +51,8 @@ Pose true_motion(const Stroke& stroke, int from, int to) {
   return pose(from).inverse() * pose(to);
 }
 
-// Half a period is far from any right answer, and far above what registration gets wrong.
+// Returns the number of loops that are wrong by more than half a period, which is far more than errors of
+// registration.
 template <typename Loops>
 int wrong_loops(const Stroke& stroke, const Loops& loops) {
   return static_cast<int>(std::count_if(loops.begin(), loops.end(), [&](const auto& loop) {

@@ -1,4 +1,4 @@
-// What a stream says of frames, and where the map puts them.
+// Tests what a stream reports about frames, and the poses of frames in the map.
 
 #include "gelslam/slam/frame_report.hpp"
 
@@ -21,7 +21,7 @@ Pose any_pose(std::mt19937& random) {
   return se3_exp(xi);
 }
 
-/// Contact on [u0, u1) x [v0, v1), a tenth of a millimeter deep.
+/// Returns a surface with a contact on the pixels [u0, u1) x [v0, v1), 0.1 mm deep.
 SurfacePtr pressed(int u0, int v0, int u1, int v1) {
   auto surface = std::make_shared<Surface>();
   surface->contact = cv::Mat1b(240, 320, static_cast<unsigned char>(0));
@@ -115,7 +115,8 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
   EXPECT_TRUE(object.at("contact").at("center_mm").is_null());
 }
 
-// A frame's keyframe may be so new that the map does not hold it yet: links lead from one that it has.
+// The keyframe of a frame may be so new that it is not in the map yet. Then its pose follows from an older
+// keyframe in the map and the odometry between the two.
 TEST(MapPlace, FollowsTheMapThroughTheLinksOfNewerKeyframes) {
   std::mt19937 random(2);
   const Pose map_T_old = any_pose(random), step = any_pose(random);
@@ -137,14 +138,15 @@ TEST(MapPlace, FollowsTheMapThroughTheLinksOfNewerKeyframes) {
   EXPECT_TRUE(
       map.pose_of(frame, newer)->map_T_frame.pose.isApprox(corrected * second.from_T_to * step, 1e-9));
 
-  // Another trial is elsewhere, whatever the map says of the one before.
+  // The pose of another trial does not depend on that of the trial before.
   const auto other = map.pose_of(record_of(tracked(3, keyframe(7, 2), {}, step)), newer);
   EXPECT_EQ(other->component, 7);
   EXPECT_TRUE(other->map_T_frame.pose.isApprox(step, 1e-9));
   EXPECT_FALSE(map.pose_of(record_of(TrackedFrame()), newer));
 }
 
-// What links add to a keyframe is what the same keyframes have once they are in the map.
+// The covariance of a frame must be the same whether its keyframe is in the map, or follows from an older one
+// by odometry.
 TEST(MapPlace, IsKnownAsWellWhetherTheMapHasTheKeyframesOrTheirLinksDo) {
   std::mt19937 random(3);
   MapSnapshot map;

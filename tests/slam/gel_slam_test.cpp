@@ -12,8 +12,8 @@ namespace {
 
 using testing::Each;
 
-/// Every frame with a pose in the map lies where the truth has it, seen from the anchor. A pose graph without
-/// loop errors passes on what single registrations leave (0.03 degrees, 0.01 mm), a few times over.
+/// Expects that every frame with a pose in the map has its true pose relative to the anchor. The error may be
+/// a few times that of a single registration (0.03 degrees, 0.01 mm), because errors of registrations add up.
 void expect_true_poses(const Strokes& scan, const SlamMap& map) {
   int checked = 0;
   const MapSnapshot placed = snapshot_of(map);
@@ -33,7 +33,7 @@ TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
   Strokes scan;
   scan.background(2);
   scan.stroke(0, 0, 0);
-  scan.stroke(0.8, 0.6, 50);  // the same place, seen turned
+  scan.stroke(0.8, 0.6, 50);  // the same place with another twist
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 2);
   EXPECT_EQ(map.components, 1);
@@ -87,7 +87,8 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   expect_true_poses(scan, map);
 }
 
-// To and fro over less than what makes a new keyframe, and over the same place in a second trial.
+// The sensor moves to and fro by less than what requires a new keyframe, and over the same place in a second
+// trial.
 TEST(GelSlam, APatchHangsAtItsKeyframe) {
   Strokes scan({}, small_view());
   for (int trial = 0; trial < 2; ++trial) {
@@ -114,7 +115,7 @@ TEST(GelSlam, APatchHangsAtItsKeyframe) {
   expect_true_poses(scan, map);
 }
 
-// A way of 6 mm. Every pass leaves keyframes of its own, and loops tie them together.
+// The path is 6 mm long. Each pass makes new keyframes, and loops join them.
 TEST(GelSlam, GoingToAndFroStaysInPlace) {
   Strokes scan({}, small_view());
   for (const bool back : {false, true, false, true, false})
@@ -128,7 +129,7 @@ TEST(GelSlam, GoingToAndFroStaysInPlace) {
   expect_true_poses(scan, map);
 }
 
-/// As a model reads it whose slopes are too steep.
+/// Returns a surface as it is read by a model whose slopes are too steep by the factor `scale`.
 SurfacePtr steeper(const Surface& true_surface, float scale) {
   auto read = std::make_shared<Surface>(true_surface);
   read->height_mm = scale * true_surface.height_mm;
@@ -138,10 +139,10 @@ SurfacePtr steeper(const Surface& true_surface, float scale) {
   return read;
 }
 
-// A ball is rolled once around and further, by a model that reads slopes 8 % too steep, which the loops tell.
-// Where a frame lies is then as right far from its keyframe as close to it: rolls from a keyframe to a frame
-// are not 8 % too long, which is 1 degree before the next keyframe comes. The last frame before a turn is a
-// patch: it lies where its frame does.
+// A ball is rolled by more than a turn, and the model reads slopes 8 % too steep, which the loops reveal. The
+// poses of frames must be corrected relative to their keyframes, too. Otherwise rolls from a keyframe to a
+// frame would be 8 % too long, up to 1 degree. The last frame before the motion turns back is a patch, which
+// has the pose of its frame.
 TEST(GelSlam, FramesFollowTheGradientScaleThatTheMapHasFound) {
   constexpr double kRadiusMm = 8, kStepDeg = 4;
   constexpr float kScale = 1.08F;
@@ -190,7 +191,7 @@ TEST(GelSlam, FramesFollowTheGradientScaleThatTheMapHasFound) {
   EXPECT_GT(patches, 0);
 }
 
-// What is longer could be written, and would not be read again.
+// A longer session could be written but not read again.
 TEST(GelSlam, AScanEndsWhereASessionIsFull) {
   GelSlam slam{SlamOptions{}};
   StageTimer timer;

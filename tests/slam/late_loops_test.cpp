@@ -1,4 +1,4 @@
-// Loops that are looked for once the scan has ended: between keyframes that overlap.
+// Tests overlap edges: loops between overlapping keyframes, which are searched when the scan has ended.
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
@@ -8,7 +8,8 @@
 namespace gelslam::test {
 namespace {
 
-/// Keyframes at known places of an object, and a pose graph's solution that has them a little wrong.
+/// Keyframes at known poses on an object, and a solution of the pose graph in which these poses have small
+/// errors.
 class OverlapEdges : public testing::Test {
  protected:
   void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
@@ -49,7 +50,7 @@ TEST_F(OverlapEdges, RegistersAnOverlapThatHasNoEdge) {
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[0].to, 1);
   EXPECT_EQ(loops[0].kind, EdgeKind::loop);
-  // as single registrations
+  // The limits are the errors of a single registration.
   expect_within(error_of(loops[0]), 0.03, 0.01);
   EXPECT_GT(loops[0].information(0, 0), 0);
 }
@@ -79,8 +80,8 @@ TEST_F(OverlapEdges, ABelievedOverlapThatIsNoneGivesNoEdge) {
   EXPECT_TRUE(found().empty());
 }
 
-// A grid of bumps 1.6 mm apart: the drifted pose is nearer to the next bump than to the right one, and
-// registration would settle there.
+// The object is a grid of bumps at distances of 1.6 mm. The pose with its drift is nearer to the next bump
+// than to the right one, so a registration would converge there.
 TEST_F(OverlapEdges, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   const double k = 2 * M_PI / 1.6;
   texture = relief({{{k * Eigen::Vector3d::UnitX(), 0, 0.04}, {k * Eigen::Vector3d::UnitY(), 0, 0.04}}});
@@ -93,7 +94,7 @@ TEST_F(OverlapEdges, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand)
   solution.edge_outlier.assign(2, false);
   EXPECT_TRUE(found().empty());
   edges.push_back({0, 2, truth[0].inverse() * solution.component_T_node[2], good, EdgeKind::loop});
-  solution.edge_outlier.push_back(true);  // tells nothing
+  solution.edge_outlier.push_back(true);  // an outlier has no information
   EXPECT_TRUE(found().empty());
   edges.pop_back();
   solution.edge_outlier.pop_back();

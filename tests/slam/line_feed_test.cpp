@@ -1,4 +1,5 @@
-// Readers of a scan's lines: slow ones, late ones, and standard output; and readers of its mesh.
+// Tests the readers of the lines of a scan: slow readers, late readers, and standard output; and readers of
+// its mesh.
 
 #include "gelslam/slam/line_feed.hpp"
 
@@ -23,7 +24,7 @@ FrameReport frame(int number) {
   return frame;
 }
 
-/// The numbers of the frames in lines of either format, then "dropped N" and "end".
+/// Returns the numbers of the frames in lines of either format, then "dropped N" and "end".
 std::string frames_in(const std::string& text) {
   std::string numbers;
   for (const std::string& line : test::lines_of(text)) {
@@ -39,7 +40,7 @@ std::string frames_in(const std::string& text) {
   return numbers;
 }
 
-/// What comes until nothing has come for a while; "end" at the end.
+/// Reads until no line has come for a while, and returns the text, followed by "end" if the feed has ended.
 std::string all_of(LineFeed::Reader& reader) {
   std::string text;
   for (;;) {
@@ -150,7 +151,7 @@ TEST(LineFeed, AMapNamesWhatIsNewOrHasMovedHoweverLargeItIs) {
   EXPECT_EQ(named(map_of({0, 1, 2, 3, 4})), (std::vector{1, 2})) << "back again";
 }
 
-/// While it lives, standard output goes to another descriptor.
+/// Redirects standard output to another descriptor for the lifetime of the object.
 struct RedirectedOutput {
   explicit RedirectedOutput(int fd) : saved(::dup(STDOUT_FILENO)) { ::dup2(fd, STDOUT_FILENO); }
   ~RedirectedOutput() {

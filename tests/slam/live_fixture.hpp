@@ -18,7 +18,7 @@ namespace gelslam::test {
 
 inline constexpr int kBackgroundFrames = 10, kScanFrames = 50;
 
-/// Ten bare frames, then a peanut that is wobbled under the sensor.
+/// Returns pictures of ten bare frames, followed by a peanut that wobbles under the sensor.
 inline const std::vector<cv::Mat3b>& peanut_pictures() {
   static const std::vector<cv::Mat3b> pictures = [] {
     ScanSpec spec;
@@ -35,7 +35,7 @@ inline const std::vector<cv::Mat3b>& peanut_pictures() {
   return pictures;
 }
 
-/// Plays pictures as fast as they are taken; before some of them something else happens.
+/// A source that delivers pictures as fast as they are read. Before some of them, it calls a given function.
 class Pictures : public RawFrameSource {
  public:
   explicit Pictures(std::vector<cv::Mat3b> pictures) : pictures_(std::move(pictures)) {}
@@ -57,7 +57,7 @@ class Pictures : public RawFrameSource {
   double rate_hz() const override { return 25.0; }
   std::string description() const override { return "a made-up camera"; }
 
-  /// Nothing is delivered before: what happens between frames needs the session.
+  /// Starts the delivery. The source waits for this call, because the given functions need the session.
   void open() {
     open_ = true;
     open_.notify_all();
@@ -75,7 +75,7 @@ class Pictures : public RawFrameSource {
   std::set<std::int64_t> damaged_, resumed_;
 };
 
-/// Looks until `condition` holds; a minute is far beyond what anything here takes.
+/// Waits until `condition` holds, and returns false if it does not hold within a minute.
 inline bool comes_true(const std::function<bool()>& condition) {
   for (int i = 0; i < 6000; ++i) {
     if (condition()) return true;
@@ -100,14 +100,14 @@ class Live : public testing::Test {
     pictures.open();
     return *session;
   }
-  /// start() then goes on with the run of the session before.
+  /// Prepares that start() continues the run of the session before.
   void continue_run() {
     session.reset();
-    options.continued.reset();  // it holds the folder, if this is the second time
+    options.continued.reset();  // it still locks the folder if this is the second call
     options.continued = continue_in_place(options.run_folder, options.config);
     source = std::make_unique<Pictures>(peanut_pictures());
   }
-  /// In the source's thread: until the tracker has seen this frame.
+  /// Waits, in the thread of the source, until the tracker has processed this frame.
   void wait_for_touch(std::int64_t index) {
     EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->tracked.frame >= index; }));
   }

@@ -1,4 +1,4 @@
-// Scans that go on, also after a kill, and what of them is saved where.
+// Tests scans that are continued, also after the program was killed, and what is saved in which folder.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 namespace gelslam::test {
 namespace {
 
-/// Everything that a reader gets until the end.
+/// Returns everything that a reader gets until the end of the feed.
 std::string hear_all(LineFeed::Reader& reader) {
   std::string text;
   while (const auto lines = reader.next(std::chrono::steady_clock::now() + std::chrono::seconds(1)))
@@ -78,7 +78,7 @@ TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
   EXPECT_EQ(static_cast<int>(ids.size()), all);
 }
 
-/// Also one that was killed while the background was taken.
+/// This includes a scan that was killed while the background was recorded.
 TEST_F(Live, AScanThatTouchedNothingGoesOn) {
   source = std::make_unique<Pictures>(std::vector<cv::Mat3b>(15, peanut_pictures().front()));
   EXPECT_EQ(start().wait().keyframes, 0);
@@ -99,7 +99,8 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
   }
 }
 
-/// Scans with a camera that is lost after all pictures; `tell` is called when it is looked for.
+/// Runs a scan with a camera that disappears after all pictures. `tell` is called when the program searches
+/// for it.
 void scan_until_away(LiveOptions options, const std::function<void()>& tell) {
   FakeCamera camera;
   camera.modes = {{V4L2_PIX_FMT_MJPEG, 320, 240, {25}}};

@@ -10,8 +10,8 @@
 namespace gelslam::slam::detail {
 namespace {
 
-// The newest of three patches, which comes first, lies so far away that no grid of voxels reaches it. The
-// others are fused all the same, without a further map.
+// The newest of three patches, which is fused first, lies so far away that no grid of voxels can contain it.
+// The others must be fused nevertheless, without waiting for another map.
 TEST(LiveFusion, GoesOnAfterAPatchThatCannotBeFused) {
   LiveOptions options;
   options.mesh_feed = std::make_shared<MeshFeed>();

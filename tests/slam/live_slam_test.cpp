@@ -87,7 +87,7 @@ TEST_F(Live, GoesOnAsANewTrialWhenTheCameraComesBackWithTheSameGel) {
   EXPECT_THAT(summary.warnings, testing::Not(testing::Contains(HasSubstr("came back"))));
 }
 
-/// Gone again before the first of its pictures were looked at.
+/// The camera disappears again before the first of its new pictures have been compared with the background.
 TEST_F(Live, ComparesNoPictureOfACameraThatCameBackWithTheOldBackground) {
   std::vector<cv::Mat3b> pictures = peanut_pictures();
   const int back = static_cast<int>(pictures.size()), again = 3;
@@ -140,7 +140,7 @@ TEST_F(Live, FramesThatComeTooFastAreDroppedWholeAndCounted) {
   const RunReport summary = start().wait();
   const LiveStatus status = session->status();
   EXPECT_EQ(status.frames, kBackgroundFrames + kScanFrames);
-  EXPECT_GT(status.dropped, 0);  // nobody estimates a surface in the time it takes to copy a picture
+  EXPECT_GT(status.dropped, 0);  // pictures come faster than surfaces can be estimated
   EXPECT_EQ(summary.frames.total + status.dropped, status.frames);
   EXPECT_EQ(summary.frames.background, kBackgroundFrames) << "however fast they come";
   EXPECT_THAT(

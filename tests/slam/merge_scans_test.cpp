@@ -26,7 +26,7 @@ class Merge : public testing::Test {
       stroke(0.8, 0.6, 50);
     }
   };
-  /// A run folder of these strokes.
+  /// Saves these strokes as a run folder.
   void save(const char* name, const Strokes& scan) {
     const SlamMap map = scan.finish();
     fs::create_directory(folder / name);
@@ -40,7 +40,7 @@ class Merge : public testing::Test {
     NoProgress progress;
     return merge_scans(request, progress, [] { return false; }).report;
   }
-  /// Every keyframe of the merged map lies where the truth has it, seen from the first.
+  /// Expects that every keyframe of the merged map has its true pose relative to the first.
   void expect_true(double mm, double deg) {
     const std::vector<PosedSurface> patches = posed_surfaces(load_saved_map(folder / "merged"));
     const ScanRecord record = read_scan(folder / "merged", {});
@@ -77,7 +77,7 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   EXPECT_GT(read_mesh(folder / "merged/mesh.ply").triangles.size(), 1000u);
 }
 
-/// A run of another model, or of other pictures.
+/// One run was made with another model, and one with pictures of another size.
 TEST_F(Merge, RefusesScansOfDifferentSensorsOrModels) {
   View small;
   small.width_px = 256;
@@ -123,7 +123,7 @@ TEST_F(Merge, FindsTheLoopsThatAnAbortedScanDidNotSearchFor) {
   EXPECT_EQ(merge({"aborted", "elsewhere"}).components, 2);
 }
 
-/// A run of two strokes, and what happens to it.
+/// A run with two strokes, whose mesh is fused anew.
 class Fuse : public Merge {
  protected:
   Fuse() {
@@ -142,7 +142,7 @@ class Fuse : public Merge {
     EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == mesh) << "the run stays as it is";
     return message;
   }
-  /// As a live scan does that is killed then.
+  /// Continues the scan without saving it, like a live scan that is then killed.
   void go_on_without_saving() {
     const SlamMap before = scan.finish();
     scan.stroke(0.8, 0.6, 50);
@@ -214,8 +214,8 @@ TEST_F(Fuse, ThatCannotWriteTheSessionChangesNothing) {
   EXPECT_TRUE(fuse().map_was_made);
 }
 
-// A session has no way to say which places were not compared with those of other runs: it would be continued
-// as if all had been.
+// A session cannot state which keyframes have not been compared with those of other runs. If a merge that was
+// stopped was saved, it would be continued as if all had been compared.
 TEST_F(Merge, ThatIsStoppedWritesNothing) {
   save("one", TwoThatOverlap());
   save("two", TwoThatOverlap());
@@ -226,7 +226,8 @@ TEST_F(Merge, ThatIsStoppedWritesNothing) {
   EXPECT_FALSE(fs::exists(folder / "merged"));
 }
 
-/// What is in the way of the mesh stops the replacement between two files, as a kill would.
+/// A folder in place of the mesh stops the replacement between two files, as if the program had been killed
+/// there.
 TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
   request.voxel_size_mm = 0.16;
   fs::remove(request.run / "mesh.ply");

@@ -9,7 +9,8 @@
 namespace gelslam::test {
 namespace {
 
-/// A log that holds all it needs: PNG pictures of a gel of known colors, the first ten bare.
+/// A log folder with all files that it needs. Its PNG pictures show a gel of known colors, and the first ten
+/// show it bare.
 class RecordedLog : public testing::Test {
  protected:
   RecordedLog() {

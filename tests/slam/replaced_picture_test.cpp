@@ -1,5 +1,5 @@
-// The same touch in other pictures. One picture of a log is replaced by another: by one that was damaged on
-// its way from the camera, or by one that does not belong there. Or all pictures have more or fewer pixels.
+// Tests changes of the pictures of a log. One picture is replaced by one that was damaged on the way from the
+// camera, or by a picture of something else. In other tests, all pictures have more or fewer pixels.
 
 #include <gtest/gtest.h>
 
@@ -20,13 +20,15 @@ namespace {
 constexpr std::size_t kFrames = 16, kReplaced = 8;
 const cv::Size kSize(320, 240);
 
-/// A ball of 12 mm with bumps, pressed in by 0.7 mm, in its own frame: depth above the gel's plane.
+/// Returns the height (mm) of a ball with the radius 12 mm and with bumps, pressed in by 0.7 mm, at x and y
+/// in the frame of the object.
 double object_mm(double x, double y) {
   return (x * x + y * y) / 24 - 0.7 + 0.04 * std::sin(2.1 * x + 0.7 * y) * std::cos(1.7 * y - 0.4 * x) +
          0.03 * std::sin(3.3 * x - 2.9 * y);
 }
 
-/// In the sensor's frame, in which the object moves by 0.06 mm and 0.5 degrees per frame.
+/// Returns the height at x and y of the sensor frame, in which the object moves by 0.06 mm and 0.5 degrees
+/// per frame.
 double object_mm(double frame, double x, double y) {
   const double turn = 0.5 * frame / kDegreesPerRadian;
   x -= 0.06 * frame;
@@ -40,10 +42,10 @@ cv::Mat1f height_of(int frame) {
   });
 }
 
-/// A gel that is darker toward its border.
+/// Returns the picture of a height map, on a gel that is darker toward its border.
 cv::Mat3b picture_of(const cv::Mat1f& height, int seed) {
   cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(seed));
-  // Not by forEach(), whose threads the thread sanitizer does not know.
+  // This does not use forEach(), because the thread sanitizer reports its threads.
   for (int v = 0; v < picture.rows; ++v)
     for (int u = 0; u < picture.cols; ++u) {
       const double x = u / 160.0 - 1, y = v / 120.0 - 1;
@@ -66,7 +68,8 @@ cv::Mat3b noise() {
   return picture;
 }
 
-/// As a decoder leaves it that lost its place: blocks moved, the rest in other colors.
+/// Returns a picture as a JPEG decoder makes it of damaged data: a part is shifted, and the rest has other
+/// colors.
 cv::Mat3b block_shifted(const cv::Mat3b& bgr) {
   cv::Mat3b result = rolled(bgr, 16, 120, 184);
   cv::Mat3b rest = result.rowRange(184, kSize.height);
@@ -74,7 +77,7 @@ cv::Mat3b block_shifted(const cv::Mat3b& bgr) {
   return result;
 }
 
-/// `larger`: the pictures' sides, over those of kSize.
+/// Returns the map of a log. `larger`: the sides of the pictures divided by those of kSize.
 SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& background, double larger = 1) {
   SurfaceOptions options;
   options.pixel_pitch_mm = kPitchMm / larger;
@@ -89,7 +92,7 @@ SlamMap map_of(const std::vector<cv::Mat3b>& pictures, const cv::Mat3b& backgrou
   return slam.finish();
 }
 
-/// Largest distance of the mesh from the object.
+/// Returns the largest distance (mm) between the mesh and the true object.
 double largest_error_mm(const SlamMap& map) {
   const auto frame = static_cast<double>(map.anchor_frame);
   const Mesh mesh = fuse(posed_surfaces(snapshot_of(map)), FusionOptions{});
@@ -99,7 +102,7 @@ double largest_error_mm(const SlamMap& map) {
   return largest;
 }
 
-/// From the first frame to another one.
+/// Returns the pose of a frame in the first frame.
 Pose first_T_frame(const SlamMap& map, std::size_t frame) {
   const MapSnapshot placed = snapshot_of(map);
   const auto pose = [&](const FrameRecord& f) { return placed.pose_of(f)->map_T_frame.pose; };
@@ -117,7 +120,7 @@ TEST(ReplacedPicture, LeavesNoTraceInTheMapAndTheMesh) {
   const cv::Mat3b right = pictures[kReplaced];
   std::vector<std::pair<std::string, cv::Mat3b>> others = {
       {"noise", noise()}, {"bare", bare}, {"early", pictures[1]}, {"blocks", block_shifted(right)}};
-  // By a fifth of the gel or more it is a jump, at which relocalization looks for the object and finds it.
+  // A shift by a fifth of the gel or more would be a jump, after which relocalization would find the object.
   for (const int shift_px : {4, -8, 12, -23}) {
     others.emplace_back("rolled by " + std::to_string(shift_px), rolled(right, shift_px));
     others.emplace_back("lower rows rolled by " + std::to_string(shift_px), rolled(right, shift_px, 140));

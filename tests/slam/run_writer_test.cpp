@@ -16,7 +16,7 @@
 namespace gelslam::test {
 namespace {
 
-/// Four keyframes in a row; of the two loops the rest contradicts the second.
+/// Returns a map of four successive keyframes with two loops, of which the second one is false.
 SlamMap map_with_a_false_loop() {
   SlamMap map;
   map.trials = map.components = 1;
@@ -61,7 +61,7 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
   EXPECT_THAT(run_entries(), testing::Contains("loop_outliers.g2o")) << "else the run cannot be replaced";
 }
 
-/// Of a folder that holds a scan.
+/// Returns the run in a folder with a scan that is continued.
 slam::detail::GrowingRun resume(const fs::path& folder) {
   const ContinuedScan scan{{}, std::make_shared<const FolderLock>(folder)};
   return slam::detail::resume_run(folder, scan, "", false, Config{});
@@ -78,14 +78,16 @@ TEST(RunFolderFiles, TimesAreThoseOfTheClockIfEveryFrameKnowsIt) {
   for (const char* name : {"trajectory.tum", "keyframes.tum"})
     EXPECT_THAT(read_bytes(folder / name), HasSubstr("\n1764268461.203457 ")) << name;
 
-  map.frames[1].unix_us = map.frames[2].unix_us;  // it was recorded before, or the clock was set
+  // The times do not agree if, for example, the clock was set.
+  map.frames[1].unix_us = map.frames[2].unix_us;
   EXPECT_FALSE(map.start_unix_us());
   EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
   map.frames[1].unix_us = 0;
   EXPECT_EQ(map.trajectory()[2].time_s, 0.08);
 }
 
-/// A session that the scan could not write is written at its end; the one that is there goes only then.
+/// If the session could not be written during the scan, it is written at the end. An existing session is
+/// replaced only then.
 TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
@@ -117,7 +119,7 @@ TEST(GrowingRun, ASessionThatCannotBeWrittenAgainStays) {
   EXPECT_FALSE(fs::exists(folder / "saving.tmp"));
 }
 
-/// The session's file is removed, or its disk is full for a while, as a scan goes on.
+/// During the scan, the file of the session is removed, or the disk is full for a while.
 TEST(GrowingRun, WritesTheSessionAsSoonAsItCan) {
   SlamMap map = map_with_a_false_loop();
   map.parts = {ScanPart{}};
@@ -161,7 +163,7 @@ TEST(GrowingRun, WritesTheSessionAsSoonAsItCan) {
   }
 }
 
-/// Somebody moves the folder away during the scan, and another run comes to its place.
+/// During the scan, the folder is moved away and another run takes its place.
 TEST(GrowingRun, WritesIntoNoOtherRun) {
   const TemporaryFolder folder;
   SlamMap map = map_with_a_false_loop();
@@ -183,7 +185,7 @@ TEST(GrowingRun, WritesIntoNoOtherRun) {
   EXPECT_TRUE(read_bytes(folder / "RUN/session.db") == session);
 }
 
-/// The last keyframe is a trial of its own that nothing joins; two tracked frames belong to it.
+/// Returns a map whose last keyframe is a separate trial that is not joined, with two tracked frames.
 SlamMap map_of_two_pieces() {
   SlamMap map = map_with_a_false_loop();
   map.components = 2;
@@ -216,7 +218,7 @@ TEST(Report, SaysWhatIsNotInTheMesh) {
                            "2 of 7 touched frames are lost; move more slowly, and press a little deeper"));
 }
 
-/// As a press ends, and as a hand moves too fast.
+/// The speed before the lost frames is that at the end of a press, or that of a hand that moves too fast.
 TEST(Report, BlamesTheSpeedOfLostFramesOnlyWhereItWasHigher) {
   for (const double last_mm : {0.5, 3.0}) {
     SlamMap map = map_with_a_false_loop();
@@ -272,7 +274,7 @@ TEST(Report, SaysHowFarPosesMayBeOff) {
   EXPECT_TRUE(whole.result_warnings.empty());
 }
 
-/// All members, also those that most runs do not have.
+/// The test sets all members, also those that most runs do not have.
 TEST(Report, IsReadAsItWasWritten) {
   RunReport report = finished(map_of_two_pieces()).report;
   report.log = "a log";

@@ -1,4 +1,4 @@
-// The files in configs/: each can be read, and makes of a camera what it says.
+// Tests the files in configs/: each can be read, and selects the camera mode that it states.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
   EXPECT_THAT(names, testing::IsSupersetOf({"gelsight_mini.yaml", "digit.yaml", "clip.yaml"}));
 }
 
-/// Another camera comes first.
+/// The DIGIT is not the first camera of the computer.
 TEST(ShippedConfigs, DigitYamlAsksADigitForWhatItGives) {
   const Config config = read_config(kConfigs / "digit.yaml");
   FakeCamera other, sensor;

@@ -11,7 +11,7 @@
 
 namespace gelslam::test {
 
-/// Three keyframes in two components, the first and the last of them in the map.
+/// Returns three keyframes in two components. The first and the last one are in the map.
 inline SlamMap small_map() {
   SlamMap map;
   map.anchor_frame = 12;
@@ -51,7 +51,7 @@ inline SlamMap small_map() {
   return map;
 }
 
-/// What is said of a session that is not read, in one line.
+/// Returns the message with which a session is refused, and expects that it is one line.
 inline std::string refusal(const std::function<void()>& read) {
   const std::string message = message_of(read);
   EXPECT_EQ(message.find('\n'), std::string::npos);

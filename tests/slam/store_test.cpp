@@ -19,12 +19,12 @@
 
 namespace {
 
-/// Sizes of files when they were last synced: what a power loss leaves of them.
+/// The sizes of files when they were last synced. After a power loss, only that much of a file may be left.
 std::map<std::filesystem::path, std::uintmax_t> synced_sizes;
 
 }  // namespace
 
-/// In front of that of the C library.
+/// Replaces the function of the C library in order to record the sizes.
 extern "C" int fdatasync(int descriptor) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
@@ -37,7 +37,7 @@ extern "C" int fdatasync(int descriptor) {
 namespace gelslam::test {
 namespace {
 
-/// A map of what was measured, with its record.
+/// Returns the small map with a given record of its measurements.
 SlamMap map_of(const ScanRecord& record) {
   SlamMap map = small_map();
   static_cast<ScanRecord&>(map) = record;
@@ -131,7 +131,8 @@ TEST(Store, HoldsTheMap) {
   }
 }
 
-/// By an older program. Its number is not free again: files and frames bear those numbers.
+/// An older version of the program removed the trial. Its number must not be used again, because files and
+/// frames may have it.
 TEST(Store, ATrialTakenBackIsGone) {
   const TemporaryFolder folder;
   write_store(folder.path(), small_map());
@@ -161,7 +162,7 @@ TEST(Store, AMapIsThatOfItsFrames) {
   EXPECT_THAT(load_saved_map(folder.path()).warning, HasSubstr("went on"));
 }
 
-/// Whoever reads makes no file, while it is written and after a kill.
+/// Reading a session must create no file, neither while it is written nor after the program was killed.
 TEST(Store, IsReadWhileItGrowsWithoutATrace) {
   const TemporaryFolder folder;
   const SlamMap map = small_map();
@@ -181,7 +182,7 @@ TEST(Store, IsReadWhileItGrowsWithoutATrace) {
   EXPECT_THAT(folder.names(), testing::ElementsAre("session.db"));
 }
 
-/// At any time: nothing is lost but a keyframe, and the frames of a second.
+/// The program is killed at a random time. At most one keyframe and the frames of one second may be lost.
 TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
   std::mt19937 random(std::random_device{}());
   const auto keyframe = small_map().keyframes[0];
@@ -212,7 +213,7 @@ TEST(Store, AKillTakesNoMoreThanOneKeyframe) {
   }
 }
 
-/// Files that were not synced may be short after a power loss, however long ago they were written.
+/// After a power loss, files that were not synced may be too short, no matter how long ago they were written.
 TEST(Store, APowerLossTakesNoKeyframe) {
   const TemporaryFolder folder, after;
   const auto keyframe = small_map().keyframes[0];

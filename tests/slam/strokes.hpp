@@ -20,7 +20,8 @@ inline Pose stroke_pose(double x_mm, double y_mm, double twist_deg, int step) {
   return motion(0.5 * step, 0, twist_deg, x_mm + 0.3 * step, y_mm - 0.2 * step, 0.4);
 }
 
-/// The same touches come again and again, and each takes a tenth of a second to make.
+/// Returns the surface of a touch. Surfaces are cached, because each takes a tenth of a second to compute and
+/// many tests use the same ones.
 inline SurfacePtr touched(double x_mm, double y_mm, double twist_deg, int step, const View& view) {
   static std::map<std::tuple<double, double, double, int, int>, SurfacePtr> made;
   SurfacePtr& surface = made[{x_mm, y_mm, twist_deg, step, view.width_px}];
@@ -28,13 +29,13 @@ inline SurfacePtr touched(double x_mm, double y_mm, double twist_deg, int step, 
   return surface;
 }
 
-/// Strokes over a textured plane, or any other touches of it.
+/// A scan of strokes over a textured plane, or of other touches of it.
 class Strokes {
  public:
   explicit Strokes(const ScanRecord& so_far = {}, const View& view = View(), Field field = ground())
       : field_(std::move(field)), view_(view), slam_(SlamOptions{}, so_far), next_(so_far.next_frame()) {}
 
-  /// Three touches, and lifted.
+  /// Adds a stroke of three touches, after which the sensor is lifted.
   void stroke(double x_mm, double y_mm, double twist_deg) {
     for (int step = 0; step < 3; ++step) {
       truth_[next_] = stroke_pose(x_mm, y_mm, twist_deg, step);
@@ -66,7 +67,7 @@ class Strokes {
     return slam_.process(frame, 0.04 * static_cast<double>(frame), surface, timer_);
   }
 
-  Field field_;  ///< what see() touches
+  Field field_;  ///< the object that see() touches
   View view_;
   GelSlam slam_;
   StageTimer timer_;

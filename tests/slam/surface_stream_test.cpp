@@ -16,13 +16,13 @@ namespace {
 
 using testing::Contains;
 
-/// A log of PNG pictures of a gel whose color is known: bare, or with a ball pressed in.
+/// A log of PNG pictures of a gel with known colors, either bare or with a ball pressed in.
 class StreamOfALog : public testing::Test {
  protected:
   StreamOfALog() {
     fs::create_directory(folder / "log");
     write_pth_model(folder / "model.pth", linear_gel_model());
-    write_optics(folder / "optics.yaml", {});  // of the pictures below
+    write_optics(folder / "optics.yaml", {});  // the optics of the pictures below
     input.log = folder / "log";
     input.model = folder / "model.pth";
   }
@@ -41,7 +41,8 @@ class StreamOfALog : public testing::Test {
   std::string error() {
     return message_of([&] { open(); });
   }
-  /// So many frames come, those from `first_touched` on with surfaces of the touch, and then no more.
+  /// Expects that the stream has exactly `frames` frames, and that those from `first_touched` on show the
+  /// touch.
   static void expect_frames(SurfaceStream& stream, int frames, int first_touched) {
     for (int i = 0; i < frames; ++i) {
       const auto item = stream.next();
@@ -57,14 +58,14 @@ class StreamOfALog : public testing::Test {
     EXPECT_FALSE(stream.next());
   }
 
-  /// As a camera sees it whose channels answer 0.8, 0.5 and 0.625 times as strongly.
+  /// Returns a picture as a camera takes it whose channels are 0.8, 0.5 and 0.625 times as sensitive.
   static cv::Mat3b dimmed(const cv::Mat3b& bgr) {
     cv::Mat dark;
     cv::multiply(bgr, cv::Scalar(0.8, 0.5, 0.625), dark);
     return dark;
   }
 
-  /// Of the log's last frame.
+  /// Returns the largest depth (mm) in the last frame of the log.
   double deepest_mm() {
     SurfaceStream stream = open();
     SurfacePtr last;
@@ -123,7 +124,7 @@ TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   EXPECT_THAT(open().background_warnings(), Contains(HasSubstr("the background shows contact")));
 }
 
-/// Two old pictures of a touch before the bare gel, as a camera's buffers deliver them.
+/// The log begins with two old pictures of a touch, as a camera may deliver them from its buffers.
 TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   record(2, true);
   record(7, false);
@@ -133,7 +134,8 @@ TEST_F(StreamOfALog, TheBackgroundIsFoundBehindOldPictures) {
   expect_frames(stream, 12, 9);
 }
 
-/// The frame behind it would be taken instead, in which something may touch.
+/// A damaged picture counts as one of the frames of the background. Otherwise a later frame would be used in
+/// its place, in which an object may already touch the gel.
 TEST_F(StreamOfALog, ADamagedPictureHasANumberInTheBackground) {
   record(10, false);
   record(3, true);
@@ -183,7 +185,7 @@ TEST_F(StreamOfALog, ABackgroundThatIsNotTheLogsIsDoubted) {
               differs("touches"));
 }
 
-/// A worn spot, seen in all frames.
+/// All frames show a worn spot of the gel.
 TEST_F(StreamOfALog, WhatLooksLikeAnImprintInAllFramesIsBackground) {
   record(10, false);
   record(3, true);
@@ -197,7 +199,7 @@ TEST_F(StreamOfALog, WhatLooksLikeAnImprintInAllFramesIsBackground) {
   expect_frames(stream, 13, 10);
 }
 
-/// A gel that reads as touched because its colors lie the wrong way round.
+/// The model reads bare gel as touched, because red and blue are swapped.
 TEST_F(StreamOfALog, SwappedColorsAreSaidBeforeTheImprintThatTheyLookLike) {
   const cv::Mat3b gel = render(ball_press(kSensor, kPitchMm, 150, 120, 2, 0.4), kPitchMm, 0, 1);
   const auto swapped = pixel_map<cv::Vec3b>(kSensor, [&](int u, int v) {

@@ -9,10 +9,10 @@ namespace {
 
 using namespace test;
 
-constexpr int kWidthPx = 96, kHeightPx = 112;  // of the contact, in the middle of the picture
+constexpr int kWidthPx = 96, kHeightPx = 112;  // the contact in the middle of the picture
 constexpr double kDepthMm = 0.8;
 
-/// A plane that rises along the sensor's x, in contact in a rectangle of the picture.
+/// Returns the surface of a plane that rises along x, with contact in a rectangle of the picture.
 SurfacePtr tilted(double tilt_deg, double camera_distance_mm = 0) {
   auto surface = std::make_shared<Surface>();
   const cv::Size size(320, 240);
@@ -32,7 +32,7 @@ SurfacePtr tilted(double tilt_deg, double camera_distance_mm = 0) {
   return surface;
 }
 
-/// Keyframes side by side on the plane, its x to the right; all in the map.
+/// Returns a map of keyframes at the given positions along x of the plane.
 MapSnapshot side_by_side(const SurfacePtr& surface, double tilt_deg, const std::vector<double>& along_mm) {
   MapSnapshot map;
   for (const double along : along_mm) {
@@ -47,7 +47,7 @@ MapSnapshot side_by_side(const SurfacePtr& surface, double tilt_deg, const std::
   return map;
 }
 
-/// The part of the plane below x = `end_mm` of the sensor at the origin.
+/// Returns a mesh of the part of the plane with x below `end_mm`, in the frame of the sensor at the origin.
 Mesh plane_until(double tilt_deg, double end_mm) {
   Mesh mesh;
   for (double x = -10; x < end_mm; x += 0.07)
@@ -75,7 +75,7 @@ TEST(TouchedSurface, HasTheAreaOfATiltedPlaneHoweverOftenItIsShown) {
   }
 }
 
-/// A camera at a distance sees the far side of a tilted plane under a smaller angle.
+/// A camera at a finite distance sees the two sides of a tilted plane under different angles.
 TEST(TouchedSurface, FollowsTheRaysOfTheCamera) {
   constexpr double kDistanceMm = 22;
   for (const double tilt_deg : {-30.0, 0.0, 30.0}) {

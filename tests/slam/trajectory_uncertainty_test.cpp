@@ -17,7 +17,8 @@ class Trajectory : public testing::Test {
                          Pose::Identity(), observable});
   }
 
-  /// Keyframe 0 is the anchor; keyframe 1 is known to these standard deviations.
+  /// Returns the reported uncertainty if keyframe 0 is the anchor and keyframe 1 has these standard
+  /// deviations.
   RunReport::Uncertainty uncertainty(double sigma_mm = 0, double sigma_rad = 0) const {
     MapSnapshot map;
     map.nodes = {{.keyframe = 0},
@@ -59,7 +60,7 @@ TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
   EXPECT_EQ(uncertainty(0, 7).drift_deg.amount, 180);
 }
 
-// A scan with one keyframe: what its frames do not know of their motion from it is all the drift there is.
+// In a scan with one keyframe, the drift is the uncertainty of the motion from that keyframe to the frames.
 TEST_F(Trajectory, AFrameAddsItsOwnErrorToItsKeyframes) {
   track(40, kAll);
   EXPECT_EQ(uncertainty().drift_mm.amount, 0);

@@ -1,4 +1,4 @@
-// How well a frame is known in the map of a tracker alone.
+// Tests the covariance of a frame in the map that follows from tracking alone.
 
 #include <gtest/gtest.h>
 
@@ -28,8 +28,9 @@ Matrix6d step_information() {
   return diagonal.asDiagonal();
 }
 
-/// What a tracker hands out that rolls `step` from keyframe to keyframe, each made at a frame of its own: the
-/// true step, disturbed as its information says, about the contact's middle at the sensor's.
+/// Makes the results of a tracker whose sensor rolls by `step` from keyframe to keyframe. The measured steps
+/// are the true ones with random errors as large as their information says. The center of the contact is that
+/// of the sensor.
 class RollingTracker {
  public:
   RollingTracker(const Pose& step, unsigned seed, double slope_sigma_ratio = 1.0)
@@ -48,7 +49,7 @@ class RollingTracker {
     return tracked({{current_, edge}});
   }
 
-  /// A frame registered to the current keyframe.
+  /// Returns a frame that is registered to the current keyframe.
   TrackedFrame beside(const Pose& keyframe_T_frame) {
     TrackedFrame frame = tracked({});
     frame.keyframe_T_frame = keyframe_T_frame;
@@ -88,8 +89,8 @@ class RollingTracker {
 
 Pose roll_step() { return se3_exp((Vector6d() << 0.02, 0.12, 0.01, 1.2, -0.1, 0.05).finished()); }
 
-// Many trials of 25 disturbed steps each end as far from the truth as was said: errors over their sigma have
-// the mean square 1 (400 draws: standard error 0.07).
+// Simulates many trials of 25 steps with random errors. The errors at their ends, divided by the stated
+// standard deviations, must have the mean square 1 (with 400 draws it has a standard error of 0.07).
 TEST(TrialMap, SaysHowFarDisturbedRollsEndFromTheTruth) {
   constexpr int kDraws = 400, kSteps = 25;
   Pose truth = Pose::Identity();
@@ -108,11 +109,11 @@ TEST(TrialMap, SaysHowFarDisturbedRollsEndFromTheTruth) {
   for (int axis = 0; axis < 6; ++axis) EXPECT_NEAR(mean_square[axis], 1.0, 0.25) << "axis " << axis;
 }
 
-// A gain adds up from step to step, noise by its squares: a roll of 25 steps of 0.12 rad about y, read 10 %
-// too long, ends 0.3 rad off; half as much by a model that states half of the usual uncertainty. Slopes along
-// x of which 3 % are read as slopes along y turn the sensor about its own x by 0.03 rad for each radian
-// rolled; seen from the end of the roll, these turns add up to 0.03 sin(3) about x and 0.03 (1 - cos(3))
-// about z.
+// Errors by the gradient scale add up from step to step, whereas variances of noise add up. A roll of 25
+// steps of 0.12 rad about y that is read 10 % too long has an error of 0.3 rad at its end, and half as much
+// with a model that states half of the usual uncertainty. If 3 % of the slopes along x are read as slopes
+// along y, the sensor seems to turn about its x axis by 0.03 rad for each radian of the roll. In the axes at
+// the end of the roll, these turns add up to 0.03 sin(3) about x and 0.03 (1 - cos(3)) about z.
 TEST(TrialMap, AGradientScaleAddsUpAlongARoll) {
   const Pose step = se3_exp((Vector6d() << 0, 0.12, 0, 0, 0, 0).finished());
   for (const double slope_sigma_ratio : {1.0, 0.5}) {
@@ -138,16 +139,17 @@ TEST(TrialMap, AFrameAddsItsOwnErrorToItsKeyframes) {
               std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
   EXPECT_NEAR(sigma_of(map.add(tracker.beside(Pose::Identity()))->map_T_frame.covariance)[0],
               std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
-  // 10 mm beside the keyframe its tilt is a lever, and so is that of the registration, which is about the
-  // keyframe.
+  // 10 mm beside the keyframe, the errors of the tilt, both of the keyframe and of the registration, move the
+  // frame along z.
   const Pose far = Pose(Eigen::Translation3d(10, 0, 0));
   EXPECT_NEAR(sigma_of(map.add(tracker.beside(far))->map_T_frame.covariance)[2],
               std::sqrt(2.0) * std::hypot(kSigmaMm, 10 * kSigmaRad), 1e-3);
 }
 
-// A polished ball of 8 mm radius may have rolled by half a radian unseen: then it slid by as much, and lies
-// off along z by about 8 mm * 0.5² / 2, although z is read to 0.01 mm. Against 20 000 draws of the
-// perturbation; what is left out is of third order (0.5³ / 6 of 4 mm).
+// A polished ball with a radius of 8 mm may have rolled by half a radian without being noticed. Then it has
+// also slid, and its z is wrong by about 8 mm * 0.5² / 2, although z is measured to 0.01 mm. The covariance
+// is compared with 20 000 random perturbations. The error of the approximation is of third order (0.5³ / 6 of
+// 4 mm).
 TEST(TrialMap, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   constexpr double kRadius = 8, kTurn = 0.5;
   Matrix6d by_cause = Matrix6d::Identity() * 0.01;

@@ -157,7 +157,7 @@ TEST(BareGel, StaysBareOrPressedWhileHeightsHardlyChange) {
   EXPECT_NEAR(fields_height(bare, 8), -8, 0.1) << "what is clearly low is pressed";
 }
 
-/// How much of a tilt is left, in pixels.
+/// Returns the largest height in pixels that remains after leveling a tilted plane of bare gel.
 double left_of_tilt(cv::Size size) {
   cv::Mat1f height = pixel_map<float>({(size.width + 1) / 2, (size.height + 1) / 2},  // of squares
                                       [](int u, int v) { return 0.005 * (u - v); });

@@ -23,7 +23,7 @@ cv::Mat1f press(double depth_mm, double u = 160.0, double v = 120.0) {
   return ball_press(kSensor, kPitchMm, u, v, kBallMm, depth_mm);
 }
 
-// Share of the contact mask that lies within `radius_px` of the ball's center.
+// Returns the fraction of the contact that lies within `radius_px` of the center of the ball.
 double share_within(const Surface& surface, double u, double v, double radius_px) {
   const auto inside = pixel_map<uchar>(kSensor, [&](int column, int row) {
     return surface.contact(row, column) != 0 && std::hypot(column - u, row - v) <= radius_px;
