@@ -46,8 +46,8 @@ Vector6d with_tz(const Vector5d& step, const Viewpoint& view) {
 }
 
 /// Returns the information of the prior for a pass with observable directions. The covariance of the prior is
-/// expressed in the basis of these directions, and correlations between them are neglected: otherwise a
-/// measurement along one direction could move the pose along another one that the surfaces do not show.
+/// expressed in the basis of these directions, and correlations between them are neglected, so that a
+/// direction which the surfaces do not show stays at the prior.
 Matrix5d information_of(const PosePrior& prior, const ObservableDirections& along) {
   const Matrix5d step = prior.step_covariance.topLeftCorner<kParameters, kParameters>();
   const Vector5d variance = (along.dual_basis.transpose() * step * along.dual_basis).diagonal();

@@ -1,6 +1,6 @@
 // The inner loops of NormalFlow: residuals of normals at a pose, robust weights, and normal equations (Huang
-// et al., RA-L 2024, §IV). They are compiled for several instruction sets and give the same result with all
-// of them.
+// et al., RA-L 2024, §IV). They are compiled for several instruction sets, of which one is chosen at run
+// time.
 
 #include "normal_flow_kernels.hpp"
 

@@ -87,7 +87,7 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
     // Near the border of the contact the gel is draped from the object to its level at rest, so normals there
-    // have less weight. The function is that of GelSLAM (Huang et al., T-RO 2026).
+    // have less weight. GelSLAM (Huang et al., T-RO 2026) weights its fusion by a similar function.
     const float rim = 0.5f * (std::tanh(to_border_px(p) / rim_px - 1.0f) + 1.0f);
     samples.weight[k] = rim * static_cast<float>(confidence(p)) * (1.0f / 255.0f);
     const NormalGradient gradient = normal_gradient(surface->normals, p);

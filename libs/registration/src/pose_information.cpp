@@ -22,11 +22,10 @@ namespace {
 // Standard deviations of the errors that grow with the motion. The values are root mean squares over
 // simulated sequences. The first is the error of the tilt per mm of sliding, on a large contact. The slope
 // error of a model differs over the gel and is correlated over patches of kUnevenPatchMm2, so a smaller
-// contact averages less of it. The following ones are errors of the twist (rad) and of x and y (mm) per rad
-// of tilt, of x and y per mm of sliding, and of z per mm of sliding.
+// contact averages less of it. The last one is the error of z per mm of sliding.
 constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
-constexpr double kPerTilt = 0.007;  // rad or mm, per rad
-constexpr double kSlidePerSlide = 0.0006;
+constexpr double kPerTilt = 0.007;         // twist in rad, x and y in mm, per rad of tilt
+constexpr double kSlidePerSlide = 0.0006;  // x and y, per mm of sliding
 constexpr double kDepthPerSlide =
     kTiltRadPerMm * kMmPerRad / 2;  // the error of the tilt, 2.5 mm from the center
 

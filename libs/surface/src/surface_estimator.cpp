@@ -3,7 +3,8 @@
 // background; find where it differs from the background; let the gradient model read the slopes there, minus
 // those that it reads in the background; resample them to the rectified grid; integrate them (Poisson
 // equation); correct the heights by the bare gel; find the contact; compute normals, confidence and
-// curvature. Only the gradient model and the Poisson equation are in the papers.
+// curvature. Of these, the gradient model, the Poisson equation and the normals are as in the papers; the
+// other steps are not in the papers, or differ from them.
 
 #include "gelslam/surface/surface_estimator.hpp"
 

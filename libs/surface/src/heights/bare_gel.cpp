@@ -32,8 +32,9 @@ constexpr float kUsualSlopeRad = 0.25F;
 constexpr float kMaxFall = 0.11F;
 constexpr double kMinFallMm = 0.01902;
 // For gel that was bare in the frame before, the limit is larger by this factor. Otherwise the result could
-// alternate between frames in which nothing moves. The field of a coin, at half of the depth of its rim, lies
-// lower by 1.25 times the limit, so it is recognized as pressed nevertheless.
+// alternate between frames in which nothing moves. Even with a model of another sensor, the field of a coin,
+// which lies at half of the depth of its rim, is lower by 1.25 times the limit, so it is recognized as
+// pressed.
 constexpr float kStaysBare = 1.2F;
 
 constexpr int kPanel = 4 * kLanes;  // the number of columns for which the vector registers suffice

@@ -51,7 +51,7 @@ class ContactDetector {
   cv::Mat1f pressure_, blocks_;
   cv::Mat1b below_, holes_;
   std::vector<std::vector<cv::Point>> contours_;
-  std::vector<cv::Vec4i> hierarchy_;  // of the contours
+  std::vector<cv::Vec4i> hierarchy_;  // the hierarchy of contours_, as OpenCV returns it
 };
 
 }  // namespace gelslam::surface::detail

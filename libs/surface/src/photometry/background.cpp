@@ -366,7 +366,7 @@ std::optional<BareStretch> find_bare_stretch(const std::vector<cv::Mat3b>& frame
   const cv::Mat3f gel = first->blocks;
   std::erase_if(candidates,
                 [&gel](const Candidate& c) { return differing_percent(c.blocks, gel, kMovingLevels) > 0; });
-  return *std::max_element(candidates.rbegin(), candidates.rend(),  // of equal ones the last
+  return *std::max_element(candidates.rbegin(), candidates.rend(),  // of equally long ones the last
                            [](const auto& a, const auto& b) { return a.length < b.length; });
 }
 

@@ -47,7 +47,7 @@ double share_above(const cv::Mat1f& values, double limit) {
 }
 
 struct ChannelRange {
-  cv::Mat1f least, most;  ///< of each pixel's three channels
+  cv::Mat1f least, most;  ///< the smallest and the largest channel of each pixel
 };
 
 ChannelRange channel_range(const cv::Mat3f& bgr) {

@@ -35,7 +35,7 @@ ColorTable color_table(const Light& even_light);
 
 /// Converts a picture to the background's light: it inverts the model of Light in each pixel.
 void to_background_light(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& result);
-/// Does the same to the means of a picture's blocks, in place.
+/// Converts the block means of a picture to the background's light, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
 /// Estimates the light of every frame, beginning from the light of the frame before; light.cpp describes the
