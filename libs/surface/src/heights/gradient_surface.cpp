@@ -1,3 +1,7 @@
+// Makes surfaces from gradients that another program has read, with the same integration, leveling, normals
+// and curvature as SurfaceEstimator. The contact is not found by ContactDetector: it is the given mask,
+// eroded as in the public systems.
+
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

@@ -1,3 +1,7 @@
+// Computes normals and curvature from the gradient g of the height (Huang et al., NormalFlow, RA-L 2024): n =
+// (-gx, -gy, 1) / sqrt(1 + gx² + gy²), and the curvature d(gx)/dx + d(gy)/dy. In the contact, the curvature
+// is averaged with a Gaussian over 5x5 pixels, without those whose color was interpolated.
+
 #include "heights/normals.hpp"
 
 #include <cmath>

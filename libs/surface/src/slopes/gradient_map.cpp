@@ -1,3 +1,10 @@
+// Reads the gradient of the height from colors, with the network of NormalFlow (Huang et al., RA-L 2024). At
+// the pixel (u, v) with the color c, converted to the background's light,
+//     g = A (tan a(s c / 255, u/W, v/H) - tan a(s b / 255, u/W, v/H)),
+// where a are the two slope angles that the network reads, A is GradientModel::slope_matrix, and b the color
+// of the background at that pixel. For each channel, s is the mean color of the bare gel in training divided
+// by that of the background, or 1 if the model does not state it. A and s are not in the papers.
+
 #include "slopes/gradient_map.hpp"
 
 #include <algorithm>

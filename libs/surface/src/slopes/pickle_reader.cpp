@@ -1,3 +1,7 @@
+// Lists the tensors that the pickle in a PyTorch file describes, without executing it. The pickle is split
+// into instructions. A tensor is a text, its name, followed by a call of _rebuild_tensor_v2, whose arguments
+// are read in their known order. Any other global or opcode is refused, because a pickle may run any code.
+
 #include "slopes/pickle_reader.hpp"
 
 #include <fmt/core.h>

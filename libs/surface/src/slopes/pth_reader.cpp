@@ -1,3 +1,8 @@
+// Reads networks from PyTorch archives: those with the layers fc1 to fc4, or the 1x1 convolutions conv1 to
+// conv4, with or without batch normalizations, and the network that GelSight distributes, which has three
+// hidden layers of 64 neurons and returns components of a normal. Every tensor has to belong to the network,
+// so that networks of other kinds are refused.
+
 #include <algorithm>
 #include <array>
 #include <bit>
