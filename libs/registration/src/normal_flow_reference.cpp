@@ -1,3 +1,9 @@
+// Computes once per keyframe what inverse compositional registration needs of the reference (Baker &
+// Matthews, IJCV 2004; Huang et al., NormalFlow, RA-L 2024): samples of the contact with their points, their
+// normals, and the gradients of the normals by Sobel filters. The weight of a sample is its confidence times
+// (tanh(s / kRimWidthMm - 1) + 1) / 2, where s is its distance from the border of the contact. The selection
+// of samples is not in the papers.
+
 #include "normal_flow_reference.hpp"
 
 #include <algorithm>
