@@ -31,7 +31,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
 PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
-NOT_MEASURED = re.compile(r" \(– to –\)| \(–\)")  # a spread or a processor that older results do not have
+NOT_MEASURED = re.compile(r" \([^()]*–[^()]*\)|– (?=independent|cases|frames)")  # a spread, a count or a processor that older results lack
 FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
 ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy."
 HEADLINE = {"_ate": "trajectory.ate_mm", "_rotation": "trajectory.rotation_rmse_deg"}
