@@ -310,7 +310,7 @@ def draw_real(out, figures):
         axis.plot(logs["kept"] / logs["touched"], 100 * logs["moved"] / logs["still"], mark, color=shade, label=label, alpha=0.8,
                   markerfacecolor="none", linestyle="")
     axis.set(xlabel="share of touched frames kept in the map", ylabel="still pictures whose pose moved (%)", ylim=(-0.5, None))
-    axis.legend(loc="lower right")
+    axis.legend(loc="upper left")
     save(figure, CHARTS / "real.png")
 
 
