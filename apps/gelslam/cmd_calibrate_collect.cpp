@@ -47,7 +47,8 @@ LabelSession find_circles(PressSet set, double pitch_mm, bool quiet) {
   return {std::move(set), std::move(found)};
 }
 
-/// Labels existing presses: in a window, or by accepting every clear contact.
+/// Labels existing presses: in a window, or by accepting every circle that was found, uncertain ones
+/// included.
 int label_presses(const CollectArguments& arguments, PressWindowOptions window) {
   if (!arguments.collect.folder.empty() || arguments.collect.diameter_mm > 0)
     throw Error(quoted(arguments.input) + " holds presses to be labeled: leave out --output and --diameter");
@@ -92,7 +93,7 @@ int run_collect(CollectArguments& arguments) {
   collect.pixel_pitch_mm = window.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   const std::optional<SensorOptics> folder_optics = find_optics(collect.folder / "catalog.csv");
   collect.optics = folder_optics.value_or(config.surface.optics);
-  collect.keep_optics =  // True for optics that are specific to this sensor.
+  collect.keep_optics =  // Only optics of this sensor, and only if the folder has none yet.
       !folder_optics && (config.optics_from == "log" || config.optics_from == "configuration");
   PressFolder folder(collect.folder, collect.diameter_mm);  // Also checked before a camera is opened.
   LabelSession labels = find_circles(folder.earlier(), window.pixel_pitch_mm, arguments.quiet);
@@ -162,7 +163,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
                     "Take the first still pictures as the bare gel, whatever they show");
   command->add_flag("--headless", collect.headless,
                     "No window: messages in the terminal; ends when there are enough presses. Of a folder, "
-                    "every clear contact is accepted");
+                    "every contact that was found is accepted");
   add_quiet_flag(*command, arguments.quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"

@@ -27,7 +27,7 @@ std::string why_impossible(const SensorOptics& optics, int width_px, int height_
   if (optics.camera_distance_mm != 0 && !in(optics.camera_distance_mm, kMinDistanceMm, 1e6))
     return "camera_distance_mm must be at least 5, or 0 for an orthographic camera";
   if (!(std::hypot(a * width_px, b * height_px) * pixel_pitch_mm <= kSteepestDome))
-    return "gel_dome_per_mm makes the gel steeper than 0.5 rad within the picture";
+    return "gel_dome_per_mm makes the gel steeper than 0.5 (27 degrees) within the picture";
   return "";
 }
 

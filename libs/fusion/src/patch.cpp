@@ -1,7 +1,6 @@
 // Prepares a keyframe's surface as one observation of the signed distance field (Huang, Mirzaee, Kaess, Yuan,
 // GelSLAM, T-RO 2026; Patch::read() evaluates it).
 //
-// Each pixel within the box of the contact keeps its height, its normal and a weight; all heights and slopes
 // Each pixel within the box of the contact has a height, a normal and a weight; heights and slopes are
 // divided by the gradient scale that the pose graph found. The weight is a product of three factors:
 // mask_weight() falls off at the contact's border, where the gel spans from the object to its rest position;

@@ -91,8 +91,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    // If tracking was stopped, the part that was tracked is still refined. If the user stops now, the rest of
-    // the refinement is left out.
+    // If tracking was stopped, the part that was tracked is still refined. Otherwise, if the user stops
+    // now, the rest of the refinement is left out.
     map = slam->finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
   slam.reset();  // Later steps need the memory.

@@ -15,8 +15,8 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// The instructions of a pickle file as torch.save writes them, in a list. Nothing is executed, and no object
-// refers to another one, so that a file cannot take more memory than its own size.
+// One instruction of a pickle file as torch.save writes it. Instructions are only listed, not executed, and
+// no object refers to another one. The memory that a file takes is therefore proportional to its size.
 struct PickleToken {
   unsigned char opcode;  // 'K' stands for integers of any length
   std::int64_t integer = 0;
@@ -26,8 +26,8 @@ using PickleTokens = std::vector<PickleToken>;
 
 constexpr std::string_view kRebuildTensor = "_rebuild_tensor_v2";
 constexpr unsigned char kText = 'X', kGlobal = 'c', kInteger = 'K', kMark = '(';
-// The opcodes without operands: empty tuple, tuples, dict, list; reduce, build, persistent id; None, True,
-// False; and those that append to lists and set items of dictionaries.
+// The opcodes without operands: mark, empty tuple, tuples, dict, list; reduce, build, persistent id; None,
+// True, False; and those that append to lists and set items of dictionaries.
 constexpr std::string_view kPlain =
     "()t\x85\x86\x87}]RbQN\x88\x89"
     "aesu";

@@ -9,8 +9,8 @@
 
 namespace gelslam {
 
-/// Slopes dh/dx, dh/dy of one pixel of a zone, relative to the gel at rest: as the model reads them, and as
-/// they are on the ball.
+/// Gradients dh/dx, dh/dy of one pixel of a BallZone, in which the gel certainly touches the ball, relative
+/// to the gel at rest: as the model reads them, and as they are on the ball.
 struct ZoneReading {
   int u = 0, v = 0;
   std::array<double, 2> read{};
@@ -32,7 +32,7 @@ struct SlopeSums {
   double pixels = 0.0;
 
   void add(const ZoneReading& pixel);
-  /// Slope of the regression of read on true slope through 0; 1 is unbiased. NaN without slopes.
+  /// Factor of the regression of read on true gradients through 0; 1 is unbiased. NaN without pixels.
   double scale_x() const { return read_true[0] / true_true[0]; }
   double scale_y() const { return read_true[1] / true_true[1]; }
   double scale() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }

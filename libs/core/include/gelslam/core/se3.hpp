@@ -18,8 +18,8 @@ inline constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v);
 
-/// Exponential and logarithm of SO(3) and SE(3) (right-handed; Barfoot, State Estimation for Robotics, ch.
-/// 8).
+/// Exponential and logarithm of SO(3) and SE(3) (right-hand rule; Barfoot, State Estimation for Robotics,
+/// chapter on matrix Lie groups).
 Eigen::Matrix3d so3_exp(const Eigen::Vector3d& omega_rad);
 Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
 Pose se3_exp(const Vector6d& xi);

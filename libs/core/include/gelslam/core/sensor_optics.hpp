@@ -10,9 +10,9 @@ namespace gelslam {
 class OptionVisitor;
 
 /// How a sensor's camera sees its gel: seven numbers, by default of an orthographic camera over a flat gel.
-/// A pixel's ray meets the plane z = 0 at the rest coordinates X. With pixels from the principal point and r
-/// from X, both in half picture widths and r along x and y corrected by the aspect:
-///   pixel = r (1 + k |r|²),   X = (r_x / √aspect, r_y √aspect).
+/// A pixel's ray meets the plane z = 0 at the rest coordinates X. Pixels are counted from the principal
+/// point, at which X = 0 is seen. With lengths in half picture widths:
+///   r = (X_x √aspect, X_y / √aspect),   pixel = r (1 + k |r|²).
 /// A point (x, y, z) of the sensor frame lies on the ray of X = (x, y) / (1 + z / distance). Where nothing
 /// touches, z = -(a x² + b y²).
 struct SensorOptics {

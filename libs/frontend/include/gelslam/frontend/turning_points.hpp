@@ -25,7 +25,8 @@ class TurningPoints {
     std::optional<PoseGraphEdge> edge{};
   };
 
-  /// `min_unseen` is the minimum fraction of a frame's contact that must be in no keyframe.
+  /// `min_unseen` is the minimum fraction of a frame's contact that must be in none of the trial's last
+  /// keyframes.
   explicit TurningPoints(double min_unseen) : min_unseen_(min_unseen) {}
 
   /// Clears the state at the beginning of a trial, whose first keyframe is given.
