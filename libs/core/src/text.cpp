@@ -62,8 +62,8 @@ int edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
-  constexpr std::size_t longest_word =
-      100;  // A longer word is no misspelling, and the table would take time.
+  // A longer word is not a misspelling of a candidate, and the table of edits would take long.
+  constexpr std::size_t longest_word = 100;
   if (word.size() > longest_word) return "";
   std::string best;
   int best_distance = static_cast<int>(std::max<std::size_t>(1, word.size() / 3)) + 1;

@@ -30,15 +30,20 @@ using namespace calibration::detail;
 constexpr std::size_t kBackgroundFrames = 10;  // Number of frames of the bare gel at the start.
 // After this many frames without change, a press counts as held still. Their mean is kept.
 constexpr std::size_t kStillFrames = 6;
-// In gray levels of cells, whose noise is below one.
+// Two pictures are alike if the mean colors of their cells differ by less than this, in gray levels, or by
+// less than kNoiseFactor times the noise of the bare gel. A stream with more noise than kMaxNoiseLevels is
+// refused.
 constexpr double kMinStillLevels = 2.0;
 constexpr double kNoiseFactor = 2.0, kMaxNoiseLevels = 5.0;
-constexpr int kMinTouchedCells = 6;
+constexpr int kMinTouchedCells = 6;  // A smaller changed region is no touch.
 // Stained share of the image. Bare gels of four sensors have at most 0.0008, and 95 % of presses more than
 // 0.005.
 constexpr double kMaxBareStained = 0.002;
+// A ball slides if, within so many frames, its contact moves by more than so many cells while its area
+// changes by less than this factor.
 constexpr std::size_t kSlideFrames = 6;
 constexpr double kSlideCells = 1.5, kSlideGrowth = 1.25;
+// After so many presses that were held still and refused, the background itself is doubted.
 constexpr int kPatienceHolds = 10;
 
 // The contact should be an eighth to a quarter of the image wide; these limits are somewhat wider.

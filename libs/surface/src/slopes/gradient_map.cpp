@@ -25,10 +25,9 @@ namespace {
 constexpr float kMaxAngleRad = 1.5F;  // keeps the tangent finite; no gel is steeper
 // The network is extrapolated within a block if no channel varies by more than this many gray levels there.
 constexpr int kSmoothLevels = 10;
-// The change of the slopes by one gray level for which slope_noise_ratio is 1. Models that were trained on
-// the same sensor have 0.006 to 0.010, on five sensors. If 0.0078 were used instead, the value of the
-// rendered sequences, 14 pairs of real logs would lose 53 instead of 35 frames, and rendered logs would
-// hardly change.
+// The change of the slopes by one gray level for which slope_noise_ratio is 1. The models of five
+// sensors have 0.006 to 0.010 on their own sensor. With 0.0078, the value of the rendered sequences, 14 pairs
+// of real logs lost 53 instead of 35 frames, and rendered logs hardly changed.
 constexpr double kUsualSlopePerLevel = 0.0065;
 constexpr int kBlockArea = kBlockPx * kBlockPx;
 

@@ -113,7 +113,7 @@ constexpr int kDirections = 200;
 constexpr std::size_t kMaxTriangles = 20000;
 constexpr float kTurnRad = 0.22F, kTiltRad = 0.28F;
 
-/// Area-weighted normals, and moments of the area, of some thousand triangles.
+/// Area-weighted normals, and moments of the area, of at most kMaxTriangles triangles.
 struct Area {
   double total_mm2 = 0;
   std::vector<Vector3d> normals;
@@ -137,8 +137,8 @@ Area sample_area(const Mesh& mesh) {
   return area;
 }
 
-/// Returns that one of many evenly spread directions from which the largest area of the outside is visible.
-/// Among similar ones it prefers that of the first touch.
+/// Returns the direction, of kDirections evenly spread ones, along which the largest area of the surface
+/// faces the viewer; occlusion is ignored. Among similar ones it prefers that of the first touch.
 Vector3d broadest_side(const Area& area) {
   Vector3d best = -Vector3d::UnitZ();
   double most_mm2 = 0;
