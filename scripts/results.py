@@ -31,7 +31,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs/results.json"
 CHARTS = ROOT / "docs/benchmarks"
 PAGES = {"README.md": "docs/templates/README.md.in", "docs/results.md": "docs/templates/results.md.in"}
-NOT_MEASURED = re.compile(r" \([^()]*–[^()]*\)|– (?=independent|cases|frames)")  # a spread, a count or a processor that older results lack
+MISSING = "\0"  # stands for a figure that is null, until the page is complete
+# A spread, a count or a processor that older results lack leaves no trace; any other missing figure is a dash.
+NOT_MEASURED = re.compile(r" \([^()]*\0[^()]*\)|\0 (?=independent|cases|frames)")
 FIELD = re.compile(r"\{(=?)([\w.]+)(?::(\d))?\}")
 ERROR, SHARE, MESH = "trajectory.geometric_mean_mm", "trajectory.tracked_share", "mesh.known_pose.accuracy."
 HEADLINE = {"_ate": "trajectory.ate_mm", "_rotation": "trajectory.rotation_rmse_deg"}
@@ -368,8 +370,8 @@ def filled(template, results):
         if match[1]:
             return match[2]
         value = known[match[2]]
-        return "–" if value is None else f"{value:.{match[3]}f}" if match[3] else value
-    return NOT_MEASURED.sub("", FIELD.sub(text, template))
+        return MISSING if value is None else f"{value:.{match[3]}f}" if match[3] else value
+    return NOT_MEASURED.sub("", FIELD.sub(text, template)).replace(MISSING, "–")
 
 
 def measure(out, results):

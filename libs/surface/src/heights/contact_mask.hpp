@@ -16,8 +16,8 @@ struct HeightQuality {
   double slope_noise_ratio = 1;  ///< Surface::slope_noise_ratio
   double slope_sigma_ratio = 1;  ///< Surface::slope_sigma_ratio
   float bare_scatter_mm = 0;     ///< standard deviation of the heights of bare gel
-  bool bare_gel_is_seen =
-      true;  ///< otherwise the object covers the picture, and the zero of heights is unknown
+  /// If not, the object covers the picture, and the zero of heights is unknown.
+  bool bare_gel_is_seen = true;
 };
 
 /// Finds the pixels in which the object presses the gel down. This model is not in the papers.
