@@ -61,6 +61,15 @@ TEST(ModelFile, ComesBackExactly) {
   EXPECT_LT(cv::norm(read.record->background_cells, written.record->background_cells, cv::NORM_INF), 0.006);
 }
 
+TEST(ModelFile, KeepsTheColorOfTheBareGelWithoutTheRecord) {
+  const TemporaryFolder folder;
+  ModelFile corrected = some_file();  // as `calibrate scale` writes one
+  corrected.record.reset();
+  corrected.model.bare_gel_bgr = {101.5F, 80.25F, 92};
+  write_model_file(folder / "model.json", corrected);
+  EXPECT_EQ(read_model(folder / "model.json"), corrected.model);
+}
+
 TEST(ModelFile, KeepsTheUncertaintyAndReadsFilesWithout) {
   const TemporaryFolder folder;
   ModelFile written = some_file();

@@ -141,6 +141,11 @@ ModelFile parse_text(std::string_view text) {
     file.record = parse_record(json["calibration"]);
     file.model.bare_gel_bgr = mean_color(file.record->background_cells);
   }
+  if (json.contains("bare_gel_bgr")) {
+    std::ranges::copy(numbers(json, "bare_gel_bgr", 3), file.model.bare_gel_bgr.emplace().begin());
+    for (const float level : *file.model.bare_gel_bgr)
+      if (!(level >= 0 && level <= 255)) throw Error("'bare_gel_bgr' holds no gray levels");
+  }
   return file;
 }
 
@@ -215,6 +220,7 @@ void write_model_file(const std::filesystem::path& path, const ModelFile& file) 
       sigmas.push_back(std::round(1e4 * static_cast<double>(sigma)) / 1e4);
   }
   if (file.model.optics) json["optics"] = *file.model.optics;
+  if (file.model.bare_gel_bgr && !file.record) json["bare_gel_bgr"] = *file.model.bare_gel_bgr;
   if (file.model.slope_matrix != GradientModel{}.slope_matrix) json["slope_matrix"] = file.model.slope_matrix;
   const auto& wide = file.model.wide;
   if (wide && wide->gives_normals) json["gives_normals"] = true;
