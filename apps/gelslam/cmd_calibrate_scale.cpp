@@ -32,7 +32,7 @@ std::vector<SurfacePtr> largest_touches(const LogInput& input, const Config& con
   progress.begin("reading touches", stream.frame_count());
   while (const auto item = stream.next()) {
     progress.update(item->image.index + 1);
-    if (!item->surface || item->surface->contact_pixels < config.slam.tracker.contact_threshold_px) continue;
+    if (!item->surface || item->surface->contact_mm2() < config.slam.tracker.min_contact_mm2) continue;
     if (const auto now = static_cast<std::int64_t>(item->image.time_s); now != second) {
       touches.push_back(item->surface);
       second = now;

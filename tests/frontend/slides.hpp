@@ -34,6 +34,9 @@ inline SurfacePtr nothing() {
   return surface;
 }
 
+/// The number of frames without contact, at 25 Hz, that end a trial.
+inline constexpr int kLiftedFrames = 6;
+
 inline Pose true_motion(int from, int to) { return on_the_way(from).inverse() * on_the_way(to); }
 
 inline void expect_pose(const Pose& found, const Pose& truth, int registrations) {

@@ -29,7 +29,7 @@ TEST(Tracker, ATrialGoesOnWithAQuarterOfTheContactThatBeginsOne) {
   while (with_rows(fewer)->contact_pixels >= 0.25 * whole->contact_pixels) --fewer;
 
   TrackerOptions options;
-  options.contact_threshold_px = whole->contact_pixels;
+  options.min_contact_mm2 = whole->contact_mm2();
   EXPECT_EQ(Tracker(options).track(0, 0, small).status, TrackStatus::no_contact);
   Tracker tracker(options);
   EXPECT_EQ(tracker.track(0, 0, whole).status, TrackStatus::tracked);
@@ -205,16 +205,37 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   EXPECT_EQ(lifted.status, TrackStatus::no_contact);
   EXPECT_EQ(lifted.trial, -1);
   EXPECT_EQ(lifted.keyframe, nullptr);
-  const TrackedFrame again = tracker.track(5, 0.20, slide(3));
+  tracker.track(5, 0.36, nothing());
+  const TrackedFrame again = tracker.track(6, 0.40, slide(3));
   EXPECT_EQ(again.status, TrackStatus::tracked);
   EXPECT_EQ(again.trial, 1);
   EXPECT_TRUE(again.trial_T_frame.isApprox(Pose::Identity()));
   ASSERT_THAT(again.new_keyframes, testing::Not(testing::IsEmpty()));
   EXPECT_EQ(again.new_keyframes.back().keyframe->id, 2) << "after the last touch of the trial before";
   EXPECT_FALSE(again.new_keyframes.back().edge);
-  const TrackedFrame next = tracker.track(6, 0.24, slide(4));
+  const TrackedFrame next = tracker.track(7, 0.44, slide(4));
   EXPECT_EQ(next.trial, 1);
   expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // relative to the first frame of the new trial
+}
+
+TEST(Tracker, ATrialOutlastsAnInterruptedContact) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 3; ++i) tracker.track(i, 0.04 * i, slide(i));
+  for (int i = 3; i < 6; ++i)
+    EXPECT_EQ(tracker.track(i, 0.04 * i, nothing()).status, TrackStatus::no_contact) << i;
+  const TrackedFrame again = tracker.track(6, 0.24, slide(3));
+  EXPECT_EQ(again.status, TrackStatus::tracked);
+  EXPECT_EQ(again.trial, 0);
+  expect_pose(again.trial_T_frame, true_motion(0, 3), 1);
+}
+
+TEST(Tracker, AnotherObjectAfterAnInterruptionIsNotTakenForTheFirst) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 3; ++i) tracker.track(i, 0.04 * i, slide(i));
+  tracker.track(3, 0.12, nothing());
+  for (int i = 4; i < 8; ++i)
+    expect_lost_without_a_trial(tracker.track(i, 0.04 * i, slide(0, other_texture())));
+  EXPECT_EQ(tracker.track(8, 0.32, slide(0, other_texture())).trial, 1);
 }
 
 /// Returns a registration method that always returns the pose of the prior. It counts the prepared

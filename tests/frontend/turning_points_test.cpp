@@ -23,9 +23,13 @@ struct Tracked {
     x_mm_of.push_back(x_mm);
     return see(at(x_mm));
   }
-  TrackedFrame lift() {
-    x_mm_of.push_back(0);
-    return see(nothing());
+  TrackedFrame lift() {  // for 0.24 s, until the trial ends
+    TrackedFrame frame;
+    for (int i = 0; i < kLiftedFrames; ++i) {
+      x_mm_of.push_back(0);
+      frame = see(nothing());
+    }
+    return frame;
   }
   TrackedFrame see(SurfacePtr surface) {
     const TrackedFrame frame = tracker.track(next, 0.04 * static_cast<double>(next), std::move(surface));
@@ -107,7 +111,7 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
   const TrackedFrame lifted = log.lift();
   EXPECT_EQ(lifted.status, TrackStatus::no_contact);
   ASSERT_EQ(lifted.new_keyframes.size(), 1U);
-  EXPECT_EQ(lifted.new_keyframes[0].keyframe->frame, log.next - 2);
+  EXPECT_EQ(lifted.new_keyframes[0].keyframe->frame, log.next - kLiftedFrames - 1);
   EXPECT_TRUE(log.lift().new_keyframes.empty());
 }
 

@@ -36,8 +36,8 @@ TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhat
   EXPECT_THAT(message_of([&] { fit_to_profile(numbered_picture(3, 480, 640), mini, "f.png"); }),
               HasSubstr("is it turned by 90 degrees, or another sensor's?"));
   EXPECT_THAT(message_of([&] { fit_to_profile(numbered_picture(3, 162, 121), mini, "f.png"); }),
-              HasSubstr("write in a configuration \"imgw: 162\", \"imgh: 121\", a \"ppmm\" 1.98 times and a "
-                        "\"contact_threshold\" 0.256 times the usual one"));
+              HasSubstr("write in a configuration \"imgw: 162\", \"imgh: 121\", a \"ppmm\" 1.98 times the "
+                        "usual one"));
   mini.cropped = true;
   EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
   EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));

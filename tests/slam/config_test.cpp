@@ -99,7 +99,7 @@ gelslam_config:
   EXPECT_EQ(fs::weakly_canonical(config.sensor.calibration_model_path),
             fs::weakly_canonical(folder / "../calibration/model/nnmodel.pth"))
       << "relative to the file";
-  EXPECT_EQ(config.slam.tracker.contact_threshold_px, 600);
+  EXPECT_DOUBLE_EQ(config.slam.tracker.min_contact_mm2, 1.5) << "600 pixels of 0.05 mm";
   EXPECT_EQ(config.slam.registration.curvature.min_scr, 0.35);
   EXPECT_EQ(config.slam.registration.curvature.min_ccs, 0.75);
   EXPECT_THAT(write_config(config),

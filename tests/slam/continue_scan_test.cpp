@@ -87,7 +87,7 @@ TEST(ContinuedScan, SaysWhichPartsJoined) {
   scan.stroke(40, 0, 0);
   SlamMap map = scan.finish();
   EXPECT_TRUE(describe_parts(map).empty());
-  map.parts = {{0, "a", 1, "/a.mkv"}, {4, "b", 1, ""}, {8, "c", 1, "/c.mkv"}, {12, "d", 1, "/d.mkv"}};
+  map.parts = {{0, "a", 1, "/a.mkv"}, {9, "b", 1, ""}, {18, "c", 1, "/c.mkv"}, {27, "d", 1, "/d.mkv"}};
   EXPECT_THAT(
       describe_parts(map),
       testing::ElementsAre("part 1 of 4 (/a.mkv): joined, 3 frames", "part 2 of 4 (b): joined, 3 frames",

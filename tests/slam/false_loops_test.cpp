@@ -38,7 +38,7 @@ Stroke two_strokes(double length_mm) {
   };
   for (const double y : {0.0, 0.4}) {
     for (double x = 0; x < length_mm; x += 0.8) see(motion(0, 0.1 * x, 0.3 * x, x, y + 0.05 * x, 0.4));
-    see(motion(0, 0, 0, length_mm, 0, -3));  // lifted
+    for (int i = 0; i < 6; ++i) see(motion(0, 0, 0, length_mm, 0, -3));  // lifted until the trial ends
   }
   result.map = slam.finish();
   return result;

@@ -9,6 +9,8 @@
 namespace gelslam::test {
 namespace {
 
+constexpr double kHalfPixelMm2 = 0.5 * 0.0634 * 0.0634;  // a configuration states areas in pixels
+
 /// A log folder with all files that it needs. Its PNG pictures show a gel of known colors, and the first ten
 /// show it bare.
 class RecordedLog : public testing::Test {
@@ -32,7 +34,7 @@ class RecordedLog : public testing::Test {
   Config with_model() {
     Config config;
     config.sensor.calibration_model_path = folder / "model.pth";
-    config.slam.tracker.contact_threshold_px = 412;
+    config.slam.tracker.min_contact_mm2 = 1.6;
     return config;
   }
 
@@ -44,7 +46,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
   record(attachments_of(with_model()), 12);
   fs::remove(folder / "model.pth");
   const Config config = resolve_config(input);
-  EXPECT_EQ(config.slam.tracker.contact_threshold_px, 412) << "the recorded configuration";
+  EXPECT_NEAR(config.slam.tracker.min_contact_mm2, 1.6, kHalfPixelMm2) << "the recorded configuration";
   EXPECT_EQ(config.sensor.calibration_model_path, fs::absolute(input.log));
   EXPECT_EQ(read_gradient_model(input.log), linear_gel_model());
   StageTimer timer;
@@ -64,10 +66,11 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
 
 TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
   record(attachments_of(with_model()));
-  write_bytes(folder / "config.yaml", "gelslam_config:\n  track_config:\n    contact_threshold: 413\n");
-  EXPECT_EQ(resolve_config(input).slam.tracker.contact_threshold_px, 412) << "not the one beside the log";
+  write_bytes(folder / "config.yaml", "gelslam_config:\n  track_config:\n    contact_threshold: 600\n");
+  EXPECT_NEAR(resolve_config(input).slam.tracker.min_contact_mm2, 1.6, kHalfPixelMm2)
+      << "not the one beside the log";
   input.config = folder / "config.yaml";
-  EXPECT_EQ(resolve_config(input).slam.tracker.contact_threshold_px, 413);
+  EXPECT_NEAR(resolve_config(input).slam.tracker.min_contact_mm2, 600 * 2 * kHalfPixelMm2, 1e-9);
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path, fs::absolute(input.log));
   write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
   EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");

@@ -14,6 +14,7 @@ inline const Field& ground() {
   return field;
 }
 
+inline constexpr int kLiftedFrames = 6;
 inline const Pose kLifted = motion(0, 0, 0, 0, 0, -3);
 
 inline Pose stroke_pose(double x_mm, double y_mm, double twist_deg, int step) {
@@ -47,9 +48,9 @@ class Strokes {
     truth_[next_] = ground_T_sensor;
     return process(touch(field_, ground_T_sensor, view_));
   }
-  void lift() {
+  void lift() {  // for 0.24 s, which ends the trial
     static const SurfacePtr nothing = touch(ground(), kLifted);
-    process(nothing);
+    for (int i = 0; i < kLiftedFrames; ++i) process(nothing);
   }
   void background(int count) {
     for (int i = 0; i < count; ++i) slam_.process(next_++, 0, nullptr, timer_);

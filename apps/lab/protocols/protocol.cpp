@@ -13,7 +13,7 @@ MethodRun::MethodRun(Registrar registrar, Protocol protocol, const SlamOptions& 
       tracker_(options.tracker, registrar_, options.registration, options.verification) {}
 
 void MethodRun::add(const TrialFrame& frame) {
-  const bool contact = frame.surface->contact_pixels >= options_.tracker.contact_threshold_px;
+  const bool contact = frame.surface->contact_mm2() >= options_.tracker.min_contact_mm2;
   if (!first_T_start_) {
     if (!contact || !frame.start_T_frame) return;
     first_T_start_ = frame.start_T_frame->inverse();

@@ -170,8 +170,7 @@ Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& s
 
 /// Scores a trial if the map shows its first touch, and counts poses that are certain and wrong.
 void judge(const Trial& trial, const StudyMap& map, Score& score) {
-  if (trial.surfaces.empty() ||
-      trial.surfaces.front()->contact_pixels < TrackerOptions{}.contact_threshold_px)
+  if (trial.surfaces.empty() || trial.surfaces.front()->contact_mm2() < TrackerOptions{}.min_contact_mm2)
     return;
   const auto truth = [&](std::size_t k) {
     return Pose(map.map_T_object * trial.sensor_T_object[k].inverse());

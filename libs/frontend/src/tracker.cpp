@@ -7,8 +7,10 @@
 // tracked frame. A frame replaces the keyframe when the keyframe shows too little of its contact.
 // TurningPoints keeps frames that alone show a part of the object as patches.
 //
-// A frame that cannot be registered is lost, and its pose is not extrapolated. It may be a damaged image, so
-// the trial goes on for patience_s; the first frame after that begins a new trial. A frame becomes a keyframe
+// A frame that cannot be registered is lost, and its pose is not extrapolated. It may be a damaged image, or
+// the contact may be interrupted for a moment, when the object hits the gel or is hardly pressed. Therefore
+// the trial goes on for patience_s after the last tracked frame, as long as no frame can be registered, with
+// contact or without; the first contact after that begins a new trial. A frame becomes a keyframe
 // only if the previous frame shows the same contact, except for the first frame of a trial and for the last
 // tracked frame in the fallback above. The errors of a chain of keyframes accumulate here and are corrected
 // later by loops.
@@ -28,9 +30,9 @@ namespace gelslam {
 namespace {
 
 // The size of the contact varies as an object rolls over its bumps. Therefore a trial only ends when the
-// contact is this many times smaller than the contact that begins a trial. Above that, the registration
+// contact is smaller than this fraction of the contact that begins a trial. Above that, the registration
 // decides whether the contact suffices.
-constexpr int kContactShrinks = 4;
+constexpr double kShrunkContact = 0.25;
 
 }  // namespace
 
@@ -69,28 +71,30 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, const SurfacePtr&
     result.status = TrackStatus::background;
     return result;
   }
-  if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks
-                : surface->contact_pixels < options_.contact_threshold_px) {
-    if (in_trial_) result.new_keyframes = end_trial();
-    return result;
-  }
+  const bool touches = surface->contact_mm2() >= (in_trial_ ? kShrunkContact : 1) * options_.min_contact_mm2;
   if (!in_trial_) {
+    if (!touches) return result;
     result.status = TrackStatus::tracked;
     begin_trial(result, surface);
     // The frame is registered to itself, which tells along which directions this surface determines a pose.
     result.registration = reference_.register_to(*surface, Pose::Identity());
     return result;
   }
-  const Attempt attempt = track_with_fallback(result, *surface);
-  result.registration = attempt.registration;
-  if (attempt.registration.ok()) {
-    accept(result, attempt, surface);
-  } else {
+  if (touches) {
+    const Attempt attempt = track_with_fallback(result, *surface);
+    result.registration = attempt.registration;
+    if (attempt.registration.ok()) {
+      accept(result, attempt, surface);
+      return result;
+    }
     result.status = TrackStatus::lost;
-    previous_.state.velocity.setZero();  // Nothing tells whether the motion has gone on.
-    // Until patience_s is over, this may be a damaged image, and a later frame may be registered again.
-    if (time_s - previous_.time_s > options_.patience_s) begin_trial(result, surface);
   }
+  previous_.state.velocity.setZero();  // Nothing tells whether the motion has gone on.
+  if (time_s - previous_.time_s <= options_.patience_s) return result;
+  if (touches)
+    begin_trial(result, surface);
+  else
+    result.new_keyframes = end_trial();
   return result;
 }
 

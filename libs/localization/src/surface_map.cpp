@@ -63,7 +63,7 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptio
   auto impl = std::make_unique<Impl>(options);
   std::vector<PosedSurface> touched;
   std::copy_if(patches.begin(), patches.end(), std::back_inserter(touched), [&](const PosedSurface& patch) {
-    return patch.surface.facts().contact_pixels >= options.tracker.contact_threshold_px;
+    return patch.surface.facts().contact_mm2() >= options.tracker.min_contact_mm2;
   });
   if (touched.empty()) throw Error("the map is empty: none of its keyframes shows a contact");
   impl->places.resize(touched.size());

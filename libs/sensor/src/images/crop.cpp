@@ -97,10 +97,10 @@ std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const
   if (enlarged > 1)
     return text + fmt::format(
                       "; for pictures as small as these write in a configuration \"imgw: {}\", "
-                      "\"imgh: {}\", a \"ppmm\" {:.3g} times and a \"contact_threshold\" {:.3g} times the "
-                      "usual one, their \"framerate\", and \"color_gain_blue\", \"_green\" and \"_red\" if "
+                      "\"imgh: {}\", a \"ppmm\" {:.3g} times the usual one, their \"framerate\", and "
+                      "\"color_gain_blue\", \"_green\" and \"_red\" if "
                       "the model is another sensor's, as configs/clip.yaml does",
-                      width_px, height_px, enlarged, 1 / (enlarged * enlarged));
+                      width_px, height_px, enlarged);
   text += "; write in device_config of a configuration \"raw_imgw: " + std::to_string(width_px) +
           "\" and \"raw_imgh: " + std::to_string(height_px) + "\" where it is the camera's whole picture";
   return may_be_enlarged(width_px, height_px, profile)

@@ -132,8 +132,8 @@ void FrameToSurface::compare_named_background(const std::deque<TactileImage>& fi
   if (drift.light_changed || (drift.gel_changed && !is_touched))
     difference = drift.difference;
   else if (!is_touched &&
-           SurfaceEstimator(model_, seen, config_.surface).estimate(background_)->contact_pixels >
-               config_.slam.tracker.contact_threshold_px)
+           SurfaceEstimator(model_, seen, config_.surface).estimate(background_)->contact_mm2() >
+               config_.slam.tracker.min_contact_mm2)
     difference = "something touches the gel in it, or in these";
   if (!difference.empty())
     warnings_.push_back("the background picture differs from the first frames of the log: " + difference);
@@ -150,13 +150,14 @@ void FrameToSurface::compare_background() {
 /// The estimator decides what differs, because changes of light that it can compensate do no harm.
 void FrameToSurface::compare_with(const cv::Mat3b& background) {
   compares_ = false;
-  const int changed_px = estimator_->estimate(background)->contact_pixels;
-  if (changed_px < config_.slam.tracker.contact_threshold_px) return;
+  const SurfacePtr surface = estimator_->estimate(background);
+  if (surface->contact_mm2() < config_.slam.tracker.min_contact_mm2) return;
   const cv::Scalar was = cv::mean(background_), is = cv::mean(background);
   difference_ = fmt::format(
       "since the camera came back {} % of the bare gel looks different (mean blue, green, red {:.0f} {:.0f} "
       "{:.0f} before, {:.0f} {:.0f} {:.0f} now): scan with this gel and light anew",
-      100 * changed_px / static_cast<int>(background.total()), was[0], was[1], was[2], is[0], is[1], is[2]);
+      100 * surface->contact_pixels / static_cast<int>(background.total()), was[0], was[1], was[2], is[0],
+      is[1], is[2]);
 }
 
 std::vector<cv::Mat3b> FrameToSurface::brightened(const std::deque<TactileImage>& images) const {

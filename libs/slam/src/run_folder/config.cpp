@@ -1,5 +1,7 @@
 #include "gelslam/slam/config.hpp"
 
+#include <cmath>
+
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -58,15 +60,23 @@ void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
   describe_curvature(visit, options.curvature);
 }
 
-void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
+/// The public configuration file states areas in pixels of its pitch.
+void describe_contact_threshold(OptionVisitor& visit, double& area_mm2, double pixel_pitch_mm) {
+  const double pixel_mm2 = pixel_pitch_mm * pixel_pitch_mm;
+  int pixels = static_cast<int>(std::lround(area_mm2 / pixel_mm2));
+  visit.integer("contact_threshold", pixels, 1, 100000000,
+                "contact pixels that begin a trial; fewer than a quarter are no contact");
+  area_mm2 = pixels * pixel_mm2;
+}
+
+void describe_tracking(OptionVisitor& visit, SlamOptions& slam, double pixel_pitch_mm) {
   TrackerOptions& options = slam.tracker;
-  visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
-                "contact pixels that begin a trial; fewer than a quarter end it");
+  describe_contact_threshold(visit, options.min_contact_mm2, pixel_pitch_mm);
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shows less than this share of the frame's contact is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
                "share of its contact that a patch at a turning point alone must show");
-  visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");
+  visit.number("patience_s", options.patience_s, 0, 10, "seconds without a pose after which a trial ends");
   visit.flag("relocalize", options.relocalize,
              "where registration fails, search for the one place where the textures agree");
   describe_registration(visit, slam.registration);
@@ -92,7 +102,8 @@ OptionList describe(Config& config) {
     visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
     visit.section("contact_mask_config", "detection of contact", [&] { describe_contact(visit, config); });
     visit.section("gelslam_config", "tracking and mapping", [&] {
-      visit.section("track_config", "frame to keyframe", [&] { describe_tracking(visit, config.slam); });
+      visit.section("track_config", "frame to keyframe",
+                    [&] { describe_tracking(visit, config.slam, config.sensor.pixel_pitch_mm); });
       visit.section("pose_graph_config", "loops and poses", [&] { describe_pose_graph(visit, config.slam); });
       visit.section("fusion_config", "the mesh", [&, &fusion = config.slam.fusion] {
         visit.number("voxel_size_mm", fusion.voxel_size_mm, 0.01, 10, "edge of the mesh's cells");

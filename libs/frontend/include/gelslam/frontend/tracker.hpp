@@ -15,8 +15,9 @@
 namespace gelslam {
 
 struct TrackerOptions {
-  /// A contact of this many pixels begins a trial; below a quarter of it, the trial ends.
-  int contact_threshold_px = 500;
+  /// A contact of this area begins a trial. Within a trial, a frame with less than a quarter of it has no
+  /// contact.
+  double min_contact_mm2 = 2;
   /// The keyframe is replaced when it shows less than this fraction of the current frame's contact. The value
   /// is high because a first touch is small, and a rolling object leaves the keyframe's contact long before
   /// registration fails.
@@ -27,8 +28,9 @@ struct TrackerOptions {
   /// If registration fails from the predicted pose, search for a pose at which the two textures agree. If
   /// several poses agree about equally well, the frame counts as lost.
   bool relocalize = true;
-  /// A frame that cannot be registered may be a damaged image. For this long after the last tracked frame,
-  /// the trial continues as soon as a later frame can be registered again; after that, a new trial begins.
+  /// A frame that cannot be registered may be a damaged image, and a contact may be interrupted for a moment.
+  /// For this long after the last tracked frame, the trial continues as soon as a later frame can be
+  /// registered again; after that, the next contact begins a new trial.
   double patience_s = 0.2;
 };
 
@@ -58,8 +60,8 @@ struct TrackedFrame {
 };
 
 /// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial,
-/// whose first frame is a keyframe; the trial ends when less than a quarter of that contact is left. In
-/// between, each frame goes through these steps:
+/// whose first frame is a keyframe; the trial ends when no frame could be registered for
+/// TrackerOptions::patience_s. In between, each frame with contact goes through these steps:
 ///  1. Prediction at constant velocity (HandMotion). It is the prior of the registration.
 ///  2. Registration to the keyframe. If it fails, the frame is registered to the last tracked frame, which
 ///     becomes a keyframe if that succeeds.
@@ -69,9 +71,8 @@ struct TrackedFrame {
 ///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
 ///     the motion turns back is kept as a patch of the mesh (TurningPoints). If the previous frame does not
 ///     confirm the contact, the image may be damaged, and the frame becomes neither.
-/// After a lost frame, which may be a damaged image, the trial goes on for TrackerOptions::patience_s in case
-/// a later frame can be registered again. The first frame after that begins a new trial. Prediction,
-/// relocalization and turning points are not in the paper. Deterministic; frames must be passed in order.
+/// Prediction, relocalization, turning points and the continuation of a trial after lost frames or after an
+/// interrupted contact are not in the paper. Deterministic; frames must be passed in order.
 class Tracker {
  public:
   /// Registers with NormalFlow.

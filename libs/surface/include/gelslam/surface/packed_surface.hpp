@@ -17,6 +17,7 @@ struct SurfaceFacts {
   double slope_sigma_ratio = 1;
   int contact_pixels = 0;
   Eigen::Vector2d contact_center_mm = Eigen::Vector2d::Zero();  ///< see contact_center_mm() in surface.hpp
+  double contact_mm2() const { return contact_pixels * pixel_pitch_mm * pixel_pitch_mm; }
 };
 SurfaceFacts facts_of(const Surface& surface);
 
