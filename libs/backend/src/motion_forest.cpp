@@ -13,7 +13,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "gelslam/core/index.hpp"
 

@@ -9,9 +9,7 @@
 
 #include "gelslam/backend/uncertain_motion.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 
 #include "gelslam/core/error.hpp"

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
 

@@ -17,8 +17,6 @@
 
 #include "gelslam/frontend/tracker.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "gelslam/core/uncertain_pose.hpp"

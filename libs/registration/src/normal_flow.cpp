@@ -21,7 +21,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <vector>

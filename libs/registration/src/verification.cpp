@@ -14,8 +14,6 @@
 
 #include "gelslam/registration/verification.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "gelslam/registration/relocalization.hpp"

@@ -17,6 +17,7 @@
 
 #include <ceres/ceres.h>
 #include <ceres/cubic_interpolation.h>
+#include <ceres/normal_prior.h>
 #include <ceres/rotation.h>
 #include <fmt/core.h>
 
@@ -53,16 +54,6 @@ OpticsNumbers numbers_of(const SensorOptics& optics) {
 
 /// Standard deviations of the numbers among sensors of this kind, known before any data.
 constexpr OpticsNumbers kPriorSigma = {0.05, 6.0, 6.0, 0.03, 0.02, 0.0015, 0.0015};
-
-/// Residual of the prior: the change from the initial values in units of their prior standard deviations.
-struct OpticsPrior {
-  OpticsNumbers start;
-  template <class T>
-  bool operator()(const T* numbers, T* error) const {
-    for (std::size_t k = 0; k < start.size(); ++k) error[k] = (numbers[k] - start[k]) / kPriorSigma[k];
-    return true;
-  }
-};
 
 constexpr std::size_t kMinPairs = 10, kPairsPerFrame = 10, kPointsPerPair = 80;
 constexpr double kMinShared = 0.3;    // Fraction of the smaller contact that both frames show.
@@ -221,9 +212,12 @@ class Adjustment {
     for (const SeenFrame& frame : seen) frames_.push_back(std::make_unique<ReadFrame>(frame));
     steps_.assign(frames_.size(), {});
     numbers_ = numbers_of(seen.front().surface->optics);
+    using Vector = Eigen::Matrix<double, 7, 1>;
+    const OpticsNumbers start = numbers_of(prior);
     prior_block_ = problem_.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<OpticsPrior, 7, 7>(new OpticsPrior{numbers_of(prior)}), nullptr,
-        numbers_.data());
+        new ceres::NormalPrior(Vector(kPriorSigma.data()).cwiseInverse().asDiagonal().toDenseMatrix(),
+                               Vector(start.data())),
+        nullptr, numbers_.data());
     for (const Pair& pair : overlapping_pairs(frames_, seen)) add(pair, seen);
     if (pairs_ < kMinPairs)
       throw Error("only " + std::to_string(pairs_) +

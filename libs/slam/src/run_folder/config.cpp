@@ -60,18 +60,14 @@ void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
   describe_curvature(visit, options.curvature);
 }
 
-/// The public configuration file states areas in pixels of its pitch.
-void describe_contact_threshold(OptionVisitor& visit, double& area_mm2, double pixel_pitch_mm) {
-  const double pixel_mm2 = pixel_pitch_mm * pixel_pitch_mm;
-  int pixels = static_cast<int>(std::lround(area_mm2 / pixel_mm2));
-  visit.integer("contact_threshold", pixels, 1, 100000000,
-                "contact pixels that begin a trial; fewer than a quarter are no contact");
-  area_mm2 = pixels * pixel_mm2;
-}
-
 void describe_tracking(OptionVisitor& visit, SlamOptions& slam, double pixel_pitch_mm) {
   TrackerOptions& options = slam.tracker;
-  describe_contact_threshold(visit, options.min_contact_mm2, pixel_pitch_mm);
+  // The public configuration file states areas in pixels of its pitch.
+  const double pixel_mm2 = pixel_pitch_mm * pixel_pitch_mm;
+  int contact_px = static_cast<int>(std::lround(options.min_contact_mm2 / pixel_mm2));
+  visit.integer("contact_threshold", contact_px, 1, 100000000,
+                "contact pixels that begin a trial; fewer than a quarter are no contact");
+  options.min_contact_mm2 = contact_px * pixel_mm2;
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shows less than this share of the frame's contact is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <optional>
 
 #include "gelslam/slam/live_slam.hpp"
