@@ -23,7 +23,6 @@ struct SensorProfile {
   int raw_height_px = 2464;  ///< `raw_imgh`
   /// Images that have neither the size `imgw` x `imgh` nor `raw_imgw` x `raw_imgh` have already been cropped,
   /// and are only resized.
-  /// them
   bool cropped = false;
   /// Track of a video with several, counted from 1; 0: the first one, with a warning.
   int video_track = 0;
