@@ -1,3 +1,8 @@
+// Exponential and logarithm of rotations and rigid motions, and the adjoint (Sola, Deray, Atchuthan, A micro
+// Lie theory for state estimation in robotics, 2018). A tangent vector xi = (w, v) has the rotation w (rad)
+// first: exp(xi) has the rotation exp([w]x) by Rodrigues' formula and the translation J(w) v, where J is the
+// left Jacobian. For small angles the coefficients are replaced by their Taylor series.
+
 #include "gelslam/core/se3.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -7,7 +12,8 @@
 namespace gelslam {
 namespace {
 
-// Coefficients of the left Jacobian J = I + a [w]x + b [w]x².
+// The coefficients of the left Jacobian J = I + a [w]x + b [w]x²: a = (1 - cos |w|) / |w|² and
+// b = (|w| - sin |w|) / |w|³.
 struct LeftJacobianCoefficients {
   double a, b;
 };

@@ -10,13 +10,13 @@
 namespace gelslam {
 namespace {
 
-// Limits for any real lens, camera and gel.
+// The limits of the optics. No real lens, camera or gel exceeds them.
 constexpr double kMaxK1 = 0.3, kMinDistanceMm = 5, kSteepestDome = 0.5, kMaxAspect = 1.5;
 
 }  // namespace
 
 std::string why_impossible(const SensorOptics& optics, int width_px, int height_px, double pixel_pitch_mm) {
-  // False for NaN.
+  // Comparisons with NaN are false, so NaN is out of range.
   const auto in = [](double x, double least, double most) { return x >= least && x <= most; };
   const auto [u, v] = optics.lens_center_px;
   const auto [a, b] = optics.gel_dome_per_mm;

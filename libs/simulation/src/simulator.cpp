@@ -1,3 +1,7 @@
+// Simulates a scan: an object moves over the gel along a given motion. For each frame, press_object()
+// computes the shape of the gel, and Optics renders the picture that the camera sees of it. The truth of a
+// frame is the pose of the sensor, relative to the first frame with contact, and the shape of the gel.
+
 #include "gelslam/simulation/simulator.hpp"
 
 #include <algorithm>
@@ -9,10 +13,11 @@
 namespace gelslam {
 namespace {
 
-constexpr double kSurfacePoints =
-    60'000;  // Enough to determine how an object rests on the sensor, and to compare meshes with.
+// The number of vertices of the object's surface. They suffice to determine how the object rests on the
+// sensor, and to compare meshes with it.
+constexpr double kSurfacePoints = 60'000;
 
-/// Edge length at which the object's surface has about `kSurfacePoints` vertices, 0.08 to 0.4 mm.
+/// Returns the edge length at which the object's surface has about `kSurfacePoints` vertices, 0.08 to 0.4 mm.
 float surface_spacing_mm(const Shape& shape) {
   const Eigen::Vector3d size = shape.bounds_mm().sizes().cast<double>();
   const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());

@@ -11,7 +11,9 @@
 namespace gelslam {
 namespace {
 
-/// Returns the ball shifted so that its slopes agree in the mean with those that the model reads.
+/// Returns the ball shifted so that its slopes agree in the mean with those that the model reads. The slope
+/// angle of a ball changes by about 1 rad over its radius, so the mean difference of the angles times the
+/// radius is the shift. As this holds to first order only, it is repeated.
 SeenBall ball_as_read(const std::vector<ZoneReading>& pixels, const std::vector<Eigen::Vector2d>& rest_mm,
                       SeenBall ball, double diameter_mm) {
   const double ball_px = 0.5 * diameter_mm / ball.camera().pitch_mm;

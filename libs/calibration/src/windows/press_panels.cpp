@@ -1,3 +1,8 @@
+// Draws the window in which ball presses are collected and labeled. lay_out_presses() divides the window into
+// areas; each of the other functions fills one of them: the picture of a press with the circle of its
+// contact, the strip with one mark per press, the panel with the figures of a press, the picture of the
+// camera with the number of presses in each ninth of the gel, and the panel that says what to do next.
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,10 +20,10 @@ using viewer::Ui;
 namespace theme = viewer::theme;
 
 constexpr int kSide = PressCoverage::kSide;
-constexpr Color kThirds = theme::rgb(150, 150, 150);
-// Design pixels.
+constexpr Color kThirds = theme::rgb(150, 150, 150);  // the lines between the ninths of the gel
+// Lengths in pixels of a window that is not enlarged (see Ui::px).
 constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 12, kSidePadding = 20;
-constexpr Color kShade = theme::rgb(0, 0, 0, 150);
+constexpr Color kShade = theme::rgb(0, 0, 0, 150);  // beneath a circle, so that it is seen on any color
 
 Color color_of(const PressLabel& label) {
   if (label.state == LabelState::accepted) return theme::kGreen;
@@ -72,7 +77,8 @@ void add_paragraph(Ui& ui, Face face, Color color, const std::string& text, doub
   ui.gap(gap);
 }
 
-/// Returns the least depth of a ball below the undeformed gel for which it touches the gel up to this circle.
+/// Returns how deep the lowest point of a ball lies below the rim of its contact, whose radius is given. The
+/// rim itself lies below the gel at rest, so the ball is pressed in at least this deep.
 double depth_mm(double contact_mm, double diameter_mm) {
   const double ball_mm = 0.5 * diameter_mm;
   return ball_mm - std::sqrt(std::max(0.0, ball_mm * ball_mm - contact_mm * contact_mm));

@@ -1,3 +1,11 @@
+// Reconstructs a recorded log: reads it, computes the surface of each frame, tracks it, and builds the map
+// (GelSlam); then optimizes all poses, fuses the mesh (finish_scan) and writes the run folder. The steps are
+// the papers' (Huang et al., NormalFlow and GelSLAM); this file connects them.
+//
+// Three threads work at a time: one computes surfaces, this one tracks them, and one writes what was measured
+// to the session file. Bounded queues connect them, so that the result does not depend on their speed. If the
+// log continues a run, frames and times are counted from the end of that run.
+
 #include "gelslam/slam/reconstruct.hpp"
 
 #include <future>
@@ -91,8 +99,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    // If tracking was stopped, the part that was tracked is still refined. Otherwise, if the user stops
-    // now, the rest of the refinement is left out.
+    // After a stop during tracking, what was tracked is still refined completely. A stop during the
+    // refinement leaves out the rest of it.
     map = slam->finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
   slam.reset();  // Later steps need the memory.
