@@ -1,3 +1,8 @@
+// Collects ball presses from a camera or a log: decodes each picture, gives it to the PressCollector, which
+// finds the bare gel and presses that hold still, and writes them into the calibration folder at once, so
+// that nothing is lost when the session ends. view() gives a window the state; a mutex separates the two
+// threads.
+
 #include "collect_session.hpp"
 
 #include <exception>

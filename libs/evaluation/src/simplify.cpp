@@ -1,3 +1,7 @@
+// Simplifies a mesh by collapsing edges in the order of their quadric error (Garland and Heckbert, SIGGRAPH
+// 1997; meshoptimizer). The border is kept. The library takes and returns errors relative to the size of the
+// mesh.
+
 #include "gelslam/evaluation/simplify.hpp"
 
 #include <meshoptimizer.h>

@@ -17,16 +17,20 @@ inline constexpr int kCellsAcross = 80;
 /// levels, smoothed over 3x3 cells), after subtracting the median difference, which is a change of exposure
 /// or light.
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
+/// Returns the largest value of a map.
 double largest(const cv::Mat1f& map);
 
-inline constexpr double kMinTouchLevels = 5.0;  ///< In gray levels; the noise of a cell is below one.
+/// The least cell_difference() of a touch, in gray levels. The noise of a cell is below one gray level.
+inline constexpr double kMinTouchLevels = 5.0;
+
 /// A connected component of cells above a level.
 struct ChangedPiece {
   int cells = 0;
-  double u_cells = 0.0, v_cells = 0.0;  ///< Its center.
-  double weight = 0.0;                  ///< Sum of the differences.
+  double u_cells = 0.0, v_cells = 0.0;  ///< its center, in cells
+  double weight = 0.0;                  ///< the sum of the differences of its cells
 };
-/// Sorted by weight, largest first.
+/// Returns the connected components of cells whose difference exceeds `level`, those of the largest weight
+/// first.
 std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double level);
 
 }  // namespace gelslam::calibration::detail

@@ -26,7 +26,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// Near the contact's border the gel hangs free of the ball, so this margin is left out.
+// Near the border of the contact the gel is draped and does not touch the ball, so this margin is left out.
 constexpr double kRimMm = 0.4;
 // Fraction of the ball's radius. Beyond it the sphere is steeper than the gel can follow.
 constexpr double kMaxRadiusFraction = 0.85;
@@ -63,7 +63,7 @@ std::vector<Reading> readings_of(const Surface& surface) {
   return readings;
 }
 
-/// Returns nothing if the touch does not look like such a ball.
+/// Returns the matrix A of one touch, or nothing if the touch does not look like such a ball.
 std::optional<Matrix2d> read_over_true(const std::vector<Reading>& readings, double radius_mm) {
   if (readings.size() < kMinPixels) return std::nullopt;
   const auto count = static_cast<double>(readings.size());
