@@ -23,14 +23,16 @@ std::string config_yaml(const std::filesystem::path& folder, const SensorGeometr
     named =
         "  calibration_model_path: " + nlohmann::json(there.lexically_relative(here).string()).dump() + "\n";
   }
+  // The public system requires this key. 2 mm² is this program's default.
+  const double contact_px = 2 / (geometry.pixel_pitch_mm * geometry.pixel_pitch_mm);
   return fmt::format(
       "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: {:g}\n"
       "  imgh: {}\n  imgw: {}\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: {:g}\n{}"
       "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
-      "gelslam_config:\n  track_config:\n    scr_threshold: 0.3\n"
+      "gelslam_config:\n  track_config:\n    contact_threshold: {:.0f}\n    scr_threshold: 0.3\n"
       "    ccs_threshold: 0.7\n  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n"
       "    min_sift_inliers: 8\n    scr_threshold: 0.3\n    ccs_threshold: 0.7\n",
-      geometry.pixel_pitch_mm, geometry.height_px, geometry.width_px, frame_rate_hz, named);
+      geometry.pixel_pitch_mm, geometry.height_px, geometry.width_px, frame_rate_hz, named, contact_px);
 }
 
 AviWriter::AviWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
