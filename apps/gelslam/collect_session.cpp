@@ -46,7 +46,7 @@ void CollectSession::run() {
   std::exception_ptr failure;
   try {
     watch();
-  } catch (...) {  // For example a camera that was unplugged: the press that is still held is kept.
+  } catch (...) {  // For example, the camera was unplugged. The press that is still held is kept.
     failure = std::current_exception();
   }
   const std::lock_guard lock(mutex_);
@@ -102,7 +102,7 @@ void CollectSession::add(const ContactCircle& circle) {
   rim_slopes_.push_back(rim_slope(circle.on_ball_px(options_.pixel_pitch_mm), ball_px));
 }
 
-/// Returns a warning about missing depths once there are enough presses to tell.
+/// Returns a warning if presses of some depths are missing. It is empty before enough presses were taken.
 std::string CollectSession::depth_warning() const {
   constexpr std::size_t enough_to_tell = 9;
   return rim_slopes_.size() < enough_to_tell ? "" : missing_depths(rim_slopes_);
@@ -118,7 +118,8 @@ void CollectSession::keep(const CollectedPress& press) {
        std::to_string(coverage_.wanted()) + "); " + coverage_.advice());
 }
 
-/// Prints each warning once, and again if another one was printed in between.
+/// Prints a warning when it changes. A warning that only lacks the words "not taken: " of the one before it
+/// is not printed again.
 void CollectSession::say_warning() {
   const std::string& warning = collector_.status().warning;
   if (warning == warned_) return;

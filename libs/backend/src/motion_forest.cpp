@@ -1,12 +1,13 @@
-// Motions between any two keyframes along odometry and joining loops, with their covariances.
+// Motions between any two keyframes along chosen edges of the pose graph, with their covariances.
 //
 // A breadth-first search over the chosen edges, from each keyframe that no tree contains yet, gives spanning
 // trees. Each node keeps its pose relative to the root and the covariance of that pose to first order, which
 // is the sum of the covariances of the edges between root and node, each transported to the root by the
 // adjoint. The motion between two nodes a and b is root_T_a^-1 * root_T_b. Its covariance is the sum of the
 // covariances of both nodes, minus twice that of their lowest common ancestor, because the edges above the
-// ancestor are in both paths and cancel. The error by the gradient scale is the same for all edges. Therefore
-// its derivatives (by_scale) are added, and not their squares.
+// ancestor are in both paths and cancel. The gradient scale is the same for all edges, so the errors that
+// it causes are not independent. Therefore the derivatives by it (by_scale) are added along the path, and not
+// covariances.
 
 #include "motion_forest.hpp"
 
@@ -23,7 +24,7 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
   const UncertainMotion difference{{Pose::Identity(), a.from_T_to.covariance + b.from_T_to.covariance},
                                    b.by_scale - a.by_scale};
   const Matrix6d covariance = difference.total_covariance(prior_scale_covariance(gradient_scale_sigma));
-  return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // A NaN stays NaN.
+  return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // std::max() keeps a NaN.
 }
 
 MotionForest::MotionForest(const std::vector<PoseGraphEdge>& edges,

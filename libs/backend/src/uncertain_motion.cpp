@@ -1,11 +1,11 @@
-// Motions with covariances, and the gradient scale: how a measured motion depends on the four factors by
-// which a sensor's slopes are wrong, and when a pose graph estimates them. Not in the paper.
+// Motions with covariances. This file also computes how a measured motion depends on the gradient scale,
+// which has four factors, and decides whether a pose graph estimates these. Not in the paper.
 //
 // A motion's rotation is R = exp(tilt) * twist, with a twist about z and a tilt about an axis in the x-y
 // plane. A tilt is measured as a difference of slopes, and is therefore scaled like them; a twist is not. If
 // the tilt changes by d, R is multiplied from the right by exp(twist⁻¹ J_r(tilt) d), where J_r is the right
-// Jacobian of SO(3). The translation changes so that the center of the shared contact stays where the two
-// surfaces touch, with its depth in both frames scaled by the mean of xx and yy.
+// Jacobian of SO(3). The translation changes so that the center of the shared contact stays the same point
+// in both frames, while its depth in each frame is multiplied by 1 - (xx + yy) / 2.
 
 #include "gelslam/backend/uncertain_motion.hpp"
 
@@ -28,7 +28,7 @@ ScaleCovariance prior_scale_covariance(double sigma) {
 }
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
-  // Below this norm the rotation turns the sensor upside down, and its split into tilt and twist is
+  // Below this norm the rotation turns the sensor upside down, where its split into tilt and twist is
   // undefined.
   constexpr double kUpsideDown = 1e-6;
   const Eigen::Quaterniond q(edge.from_T_to.linear());
@@ -66,9 +66,9 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma) {
-  // Loops contradict each other for other reasons, too, and the four free factors always explain some part of
-  // the cost. On maps that the factors made worse they explained up to a sixth of it; on maps of networks
-  // that read slopes too steep or too flat they explained more.
+  // Loops contradict each other for reasons other than the scale, too, and four free factors always explain
+  // some part of the cost. Where estimating them made a map worse, they explained at most a sixth of it. With
+  // networks that read slopes too steep or too flat, they explained more.
   constexpr double kMinExplained = 0.2;  // Least relative decrease of the robust cost.
   PoseGraphSolution first = solve_pose_graph(initial, edges, options);
   std::vector<PoseGraphEdge> agreed = edges;

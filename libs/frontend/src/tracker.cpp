@@ -9,11 +9,10 @@
 //
 // A frame that cannot be registered is lost, and its pose is not extrapolated. It may be a damaged image, or
 // the contact may be interrupted for a moment, when the object hits the gel or is hardly pressed. Therefore
-// the trial goes on for patience_s after the last tracked frame, as long as no frame can be registered, with
-// contact or without; the first contact after that begins a new trial. A frame becomes a keyframe
-// only if the previous frame shows the same contact, except for the first frame of a trial and for the last
-// tracked frame in the fallback above. The errors of a chain of keyframes accumulate here and are corrected
-// later by loops.
+// the trial lasts for patience_s after the last tracked frame, with contact or without. The first contact
+// after that time begins a new trial. A frame becomes a keyframe only if the previous frame shows the same
+// contact, except for the first frame of a trial and for the last tracked frame in the fallback above. The
+// errors of a chain of keyframes accumulate here and are corrected later by loops.
 
 #include "gelslam/frontend/tracker.hpp"
 

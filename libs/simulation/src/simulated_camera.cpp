@@ -8,11 +8,11 @@
 namespace gelslam {
 namespace {
 
-ScanSpec pebble() {
+ScanSpec pebble_scan() {
   ScanSpec spec;
   spec.object.name = "pebble";
   spec.motion.name = "allover";
-  spec.motion.frames = 1500;  // One minute.
+  spec.motion.frames = 1500;  // one minute at 25 Hz
   spec.background_frames = 25;
   spec.geometry.optics = kGelSightMiniOptics;
   return spec;
@@ -29,7 +29,8 @@ class SimulatedCamera final : public RawFrameSource {
     raw.height_px = frame.bgr.rows;
     raw.bytes.assign(frame.bgr.datastart, frame.bgr.dataend);
     raw.time_s = frame.time_s;
-    // Set here, because the source may have waited for a window.
+    // Set with the first frame and not in the constructor, because the program may open its window in
+    // between.
     if (index_ == 0) start_unix_us_ = unix_us_now();
     raw.unix_us = unix_us_of(start_unix_us_, raw.time_s);
     raw.index = raw.sequence = index_++;
@@ -42,7 +43,7 @@ class SimulatedCamera final : public RawFrameSource {
   std::string description() const override { return "simulated sensor"; }
 
  private:
-  const Simulator simulator_{pebble()};
+  const Simulator simulator_{pebble_scan()};
   std::int64_t start_unix_us_ = 0;
   int index_ = 0;
   std::atomic<bool> stopped_{false};

@@ -5,7 +5,7 @@
 
 namespace gelslam::calibration::detail {
 
-/// Returns the median per channel; the fourth number is 0.
+/// Returns the median of each channel. The fourth number of the scalar is 0.
 cv::Scalar median_color(const cv::Mat3f& colors);
 
 /// Returns the mean colors of square cells, 80 across the image. They have little noise, and computations on
@@ -13,17 +13,17 @@ cv::Scalar median_color(const cv::Mat3f& colors);
 cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr);
 inline constexpr int kCellsAcross = 80;
 
-/// Returns for each cell how much its color differs from the reference (norm over the channels in gray
-/// levels, smoothed over 3x3 cells), after subtracting the median difference, which is a change of exposure
-/// or light.
+/// Returns for each cell how much its color differs from the reference, in gray levels. The median difference
+/// of all cells, which is a change of exposure or light, is subtracted. The differences are then averaged
+/// over 3x3 cells, and the result is their norm over the channels.
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
-/// Returns the largest value of a map.
+/// Returns the largest value of a map that is not empty.
 double largest(const cv::Mat1f& map);
 
 /// The least cell_difference() of a touch, in gray levels. The noise of a cell is below one gray level.
 inline constexpr double kMinTouchLevels = 5.0;
 
-/// A connected component of cells above a level.
+/// A connected component of the cells whose difference is above a level.
 struct ChangedPiece {
   int cells = 0;
   double u_cells = 0.0, v_cells = 0.0;  ///< its center, in cells

@@ -1,12 +1,13 @@
 // Estimates how a gradient model distorts slopes, from touches of a ball of known diameter (not in the
 // paper).
 //
-// At a point p of a sphere with center c and radius R, the true slope is s = (p - c) / sqrt(R² - |p - c|²).
-// Each touch gives a matrix A by alternating two steps: c is the mean of the centers that the slopes A⁻¹ *
-// read imply at their pixels, and A is the regression of read on true slopes. The result is the median over
-// all touches, entry by entry. Its standard deviation comes from their median absolute deviation, combined
-// with kPressSigma as a prior and kMethodSigma as a lower limit. A touch counts only if the fit explains at
-// least half of the variance of the read slopes.
+// Slopes in this file are gradients (tangents), relative to those of the gel at rest. At a point p of a
+// sphere with center c and radius R, the gradient is s = (p - c) / sqrt(R² - |p - c|²). Each touch gives a
+// matrix A by two alternating steps: first, each pixel's corrected slope, A⁻¹ times the read one, implies a
+// center of the sphere, and c is the mean of these; second, A is the linear regression of the read slopes on
+// the true ones. The result is the median over all touches, entry by entry. Its standard deviation comes from
+// their median absolute deviation, combined with kPressSigma as a prior and kMethodSigma as a lower limit. A
+// touch counts only if the fit explains at least half of the variance of the read slopes.
 
 #include "gelslam/calibration/slope_matrix.hpp"
 
@@ -34,11 +35,11 @@ constexpr int kMinPixels = 300;
 constexpr int kIterations = 10;
 // Fraction of the read slopes' variance. On presses of real balls, five models reach 0.5 to 0.99.
 constexpr double kMinExplained = 0.5;
-// Standard deviation between presses on four sensors, because the errors of a model differ from place to
-// place.
+// The standard deviation of an entry between presses, measured on four sensors. It is not 0, because the
+// errors of a model differ from place to place.
 constexpr double kPressSigma = 0.15;
-// Calibrations of four sensors whose errors are below 3 % gave 0.90 to 1.09, because the draped gel at the
-// border acts on the result, too.
+// The models of four sensors, whose errors are below 3 %, gave entries of 0.90 to 1.09 instead of 1, because
+// the draped gel at the rim changes the result, too.
 constexpr double kMethodSigma = 0.06;
 
 struct Reading {
@@ -119,6 +120,8 @@ SlopeMatrix slope_matrix_from_ball(const std::vector<SurfacePtr>& touches, doubl
     const double middle = median(values);
     for (double& value : values) value = std::abs(value - middle);
     // The spread of few presses is itself uncertain, so the usual spread counts like one additional press.
+    // 1.4826 times the median absolute deviation is the standard deviation of a normal distribution, and the
+    // standard deviation of a median is 1.25 times that of a mean.
     const double spread = 1.4826 * median(values);
     result.read_over_true(k) = middle;
     const double of_median = 1.25 * std::hypot(spread, kPressSigma / std::sqrt(count)) / std::sqrt(count);

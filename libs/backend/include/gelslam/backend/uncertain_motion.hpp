@@ -12,15 +12,15 @@ namespace gelslam {
 
 /// The gradient scale has four factors, F = ((xx, xy), (yx, yy)) along the sensor's axes, stored in the order
 /// xx, xy, yx, yy. They correct the slopes that the gradient model reads: true slope = (I - F) * read slope.
-/// All zeros mean no correction.
+/// They are deviations from 1 and not ratios, so all zeros mean no correction.
 inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
 /// Returns the derivative of the motion that an edge measures with respect to the four factors, as a right
 /// perturbation (6x4). The rotation of the motion is split into a twist about z, followed by a tilt (rx, ry,
 /// 0). The twist does not depend on the factors; the tilt becomes (rx - yy rx + yx ry, ry - xx ry + xy rx,
-/// 0). The center of the shared contact stays in contact: its depth in each of the two frames is scaled by
-/// the mean of xx and yy, and its x and y do not change. The method is not in the paper.
+/// 0). The center of the shared contact stays in contact: its depth in each of the two frames is
+/// multiplied by 1 - (xx + yy) / 2, and its x and y do not change. The method is not in the paper.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
 /// Returns the four factors as unknowns that all edges share. `sigma` is the prior standard deviation of xx

@@ -43,19 +43,20 @@ struct TrackedFrame {
   std::int64_t frame = 0;
   double time_s = 0;
   TrackStatus status = TrackStatus::no_contact;
-  /// Number of the trial (an unbroken sequence of tracked frames), counted from 0. It is -1 without contact,
-  /// and for a lost frame that does not begin a new trial.
+  /// Number of the trial, counted from 0. It is -1 for a frame without contact, and for a lost frame that
+  /// does not begin a new trial.
   int trial = -1;
-  /// What keyframe_T_frame refers to; null where trial is -1.
+  /// The keyframe to which keyframe_T_frame refers. It is null where trial is -1.
   std::shared_ptr<const Keyframe> keyframe{};
   Pose keyframe_T_frame = Pose::Identity();
-  Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
+  Pose trial_T_frame = Pose::Identity();  ///< pose in the sensor frame of the trial's first frame
   /// The registration that decided the status. For a lost frame it tells why.
   RegistrationResult registration{};
-  /// Keyframes that were created when this frame was tracked, in ascending order of ids. Each is this frame,
-  /// the previous one, or (as a patch) an earlier frame at a turning point of the motion.
+  /// Keyframes that were created when this frame was processed, in ascending order of ids. Each is this
+  /// frame, the last tracked frame before it, or (as a patch) an earlier frame at a turning point of the
+  /// motion.
   std::vector<NewKeyframe> new_keyframes{};
-  std::int64_t unix_us = 0;  ///< as given to track()
+  std::int64_t unix_us = 0;  ///< the value that was given to track()
 };
 
 /// Tracks the sensor on the object, frame by frame (Huang et al., T-RO 2026, §IV). Contact begins a trial,
@@ -64,12 +65,12 @@ struct TrackedFrame {
 ///  1. Prediction at constant velocity (HandMotion). It is the prior of the registration.
 ///  2. Registration to the keyframe. If it fails, the frame is registered to the last tracked frame, which
 ///     becomes a keyframe if that succeeds.
-///  3. Relocalization if both fail: a search for the pose at which the textures agree, on either of the two.
-///     If several poses agree about equally well, the frame is lost.
-///  4. Correction: prediction and registration are combined to the new state.
+///  3. Relocalization if both fail: a search for the pose at which the textures agree, first on the keyframe
+///     and then on the last tracked frame. If there is no such pose, or more than one, the frame is lost.
+///  4. Correction: prediction and registration are combined into the new state.
 ///  5. A keyframe that shares too little of the frame's contact is replaced by the frame. A frame at which
 ///     the motion turns back is kept as a patch of the mesh (TurningPoints). If the previous frame does not
-///     confirm the contact, the image may be damaged, and the frame becomes neither.
+///     confirm the contact, the image may be damaged, and the frame becomes neither a keyframe nor a patch.
 /// Prediction, relocalization, turning points and the continuation of a trial after lost frames or after an
 /// interrupted contact are not in the paper. Deterministic; frames must be passed in order.
 class Tracker {
@@ -86,13 +87,13 @@ class Tracker {
   /// Tracks one frame. `surface` is null for a background frame. `unix_us`: see TactileImage::unix_us.
   TrackedFrame track(std::int64_t frame, double time_s, const SurfacePtr& surface, std::int64_t unix_us = 0);
 
-  /// Ends the trial, either because the log ends, or because frames were skipped and the object may have
-  /// moved: the next frame in contact begins a new trial. Returns the last turning point as a patch, if one
-  /// is not yet in a keyframe.
+  /// Ends the trial, because the log ends, or because frames were skipped and the object may have moved. The
+  /// next frame with contact begins a new trial. Returns the last turning point as a patch, if it shows
+  /// surface that is in no keyframe yet.
   std::vector<NewKeyframe> end_trial();
 
-  /// Continues the numbers of a previous scan, whose last keyframe and trial had the given ones. Must be
-  /// called before the first frame.
+  /// Continues the numbering of a previous scan, whose last keyframe and last trial had the given numbers.
+  /// Must be called before the first frame.
   void continue_after(int keyframe_id, int trial);
 
  private:
