@@ -1,3 +1,6 @@
+// The command `gelslam calibrate collect`. With a camera or a log it collects presses of a ball
+// (CollectSession). With a calibration folder it labels the presses of that folder (LabelSession).
+
 #include <iostream>
 #include <map>
 #include <memory>
@@ -113,7 +116,7 @@ int run_collect(CollectArguments& arguments) {
       try {
         session.run();
       } catch (...) {
-        session.close();  // After the end of a log the window stays open.
+        session.close();  // The window closes if the session fails. At the end of a log it stays open.
         throw;
       }
     };
@@ -154,13 +157,15 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->excludes(input);
   command
       ->add_option("--presses", collect.presses,
-                   "Presses wanted of this ball, including those already there; at least 10, and one in "
-                   "each ninth of the gel")
+                   "Presses wanted of this ball, including those already there; at least 10. Each ninth of "
+                   "the gel needs a ninth of them")
       ->transform(whole_number(1, 1000))
       ->capture_default_str();
   command->add_option("--config", arguments.config, "The sensor's configuration");
-  command->add_flag("--force", collect.any_background,
-                    "Take the first still pictures as the bare gel, whatever they show");
+  command->add_flag(
+      "--force", collect.any_background,
+      "Take the first still pictures as the bare gel, whatever they show. With a calibration folder: "
+      "also use presses whose bare gel does not look like the background");
   command->add_flag("--headless", collect.headless,
                     "No window: messages in the terminal; ends when there are enough presses. Of a folder, "
                     "every contact that was found is accepted");

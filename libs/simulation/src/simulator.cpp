@@ -45,6 +45,7 @@ Simulator::Simulator(const ScanSpec& spec)
       surface_(shape_->mesh(surface_spacing_mm(*shape_))),
       optics_(spec.geometry, spec.optics),
       sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
+  // Finds the first frame with contact.
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
     if (!touches(press_object(*shape_, sensor_T_object_[k], optics_.gel_grid()))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
@@ -69,6 +70,8 @@ SimulatedFrame Simulator::frame(int index) const {
     if (touches(gel)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
   }
   frame.bgr = optics_.render(gel, index, !background);
+  // The grid of the gel is larger than the picture if the lens sees more. The truth is cropped to the
+  // picture.
   const SensorGeometry& grid = optics_.gel_grid();
   const cv::Rect view((grid.width_px - spec_.geometry.width_px) / 2,
                       (grid.height_px - spec_.geometry.height_px) / 2, spec_.geometry.width_px,

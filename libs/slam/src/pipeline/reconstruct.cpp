@@ -1,10 +1,11 @@
-// Reconstructs a recorded log: reads it, computes the surface of each frame, tracks it, and builds the map
-// (GelSlam); then optimizes all poses, fuses the mesh (finish_scan) and writes the run folder. The steps are
-// the papers' (Huang et al., NormalFlow and GelSLAM); this file connects them.
+// Reconstructs a recorded log: computes the surface of each frame, tracks the frames and builds the map
+// (GelSlam), optimizes all poses (GelSlam::finish), fuses the mesh (finish_scan) and writes the run folder.
+// The methods are those of Huang et al. (NormalFlow and GelSLAM); this file connects them.
 //
-// Three threads work at a time: one computes surfaces, this one tracks them, and one writes what was measured
-// to the session file. Bounded queues connect them, so that the result does not depend on their speed. If the
-// log continues a run, frames and times are counted from the end of that run.
+// Three threads run in parallel. One computes surfaces, the calling thread tracks them and searches for
+// loops, and one writes what was measured to the session file. No frame is dropped, so the result does not
+// depend on the speed of the threads. If the log continues a run, its frame numbers and times continue those
+// of that run.
 
 #include "gelslam/slam/reconstruct.hpp"
 
@@ -29,8 +30,8 @@ namespace {
 bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, StageTimer& timer,
                ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
-  // Searching the loops of a keyframe takes as long as computing ten to twenty surfaces. Each queued surface
-  // takes 1.7 MB.
+  // Tracking pauses while the loops of a keyframe are searched for, which takes as long as computing ten to
+  // twenty surfaces. The queue lets the other thread continue meanwhile. A queued surface takes 1.7 MB.
   BoundedQueue<SurfaceStream::Item> surfaces{12};
   std::future<void> all_made = std::async(std::launch::async, [&] {
     const QueueCloser end{surfaces};
@@ -85,7 +86,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   SurfaceStream stream(request.input, config, timer);
   if (continued_run.empty()) so_far.parts = {part_of(config, log)};
   std::optional<GrowingRun> folder;
-  SessionQueue measured{1};
+  SessionQueue measured{
+      1};  // GelSlam adds items beyond this limit, so that tracking never waits for the disk.
   std::future<std::string> session_warning;
   if (is_kept) {
     folder = begin_run(wanted, config, so_far.next_frame());
@@ -103,7 +105,7 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
     // refinement leaves out the rest of it.
     map = slam->finish(/*refine=*/true, &progress, [&] { return !stopped && stop_requested(); });
   }
-  slam.reset();  // Later steps need the memory.
+  slam.reset();  // Frees the memory of the tracker and of the index of places before the mesh is fused.
   RunReport report = report_of(stream, log);
   report.partial = stopped || stop_requested();
   Run run = finish_scan(config, std::move(map), std::move(report), timer, start, &progress);

@@ -10,11 +10,13 @@
 
 namespace gelslam {
 
-/// Finds frames at which the motion turns back before a keyframe is due. The part of the object that only
-/// such a frame has shown would be in no keyframe, and therefore neither in the map nor in the mesh. The
-/// class remembers the frame with the largest contact outside the trial's last keyframes, until the motion
-/// has left that part of the object. Contact that the previous frame does not show does not count, because it
-/// may come from a single damaged image. Deterministic. Not in the paper.
+/// Finds turning points: frames at which the motion reverses before the next keyframe is due. The surface
+/// that only such a frame shows would be in no keyframe, and therefore neither in the map nor in the mesh.
+/// For each frame, the class counts the points of its contact that the previous frame shows, but none of the
+/// trial's last six keyframes and patches. (Points that the previous frame does not show may come from a
+/// damaged image.) The frame with the most such points is returned when less than half of them are still in
+/// view, when a new keyframe shows too few of them, or when the trial ends. The caller stores it as a patch,
+/// which is used for the mesh only. The class is deterministic, and is not in the papers.
 class TurningPoints {
  public:
   struct Touch {
@@ -32,8 +34,8 @@ class TurningPoints {
   /// Clears the state at the beginning of a trial, whose first keyframe is given.
   void begin_trial(const Touch& keyframe);
 
-  /// Processes the next tracked frame of the trial. Returns an earlier turning point if this frame has moved
-  /// away from it; the caller makes a patch of it.
+  /// Processes a tracked frame that does not become a keyframe. Returns an earlier turning point if this
+  /// frame has moved away from it; the caller makes a patch of it.
   std::optional<Touch> pass(const Touch& touch);
 
   /// Processes a new keyframe of the trial. Returns an earlier turning point if the keyframe does not show
@@ -45,7 +47,7 @@ class TurningPoints {
 
  private:
   struct Candidate : Touch {
-    /// Contact points in no keyframe, in the axes of the trial's first frame.
+    /// The unseen contact points, in the sensor frame of the trial's first frame.
     std::vector<Eigen::Vector3d> unseen_mm;
     std::size_t least = 0;  ///< Minimum number of such points for a patch.
   };
