@@ -34,13 +34,14 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ScanRecord& so_far, S
   // twenty surfaces. The queue lets the other thread continue meanwhile. A queued surface takes 1.7 MB.
   BoundedQueue<SurfaceStream::Item> surfaces{12};
   std::future<void> all_made = std::async(std::launch::async, [&] {
-    const QueueCloser end{surfaces};
+    const QueueCloser<SurfaceStream::Item> closer{surfaces};
     while (std::optional<SurfaceStream::Item> item = stream.next()) {
       item->image.bgr.release();
       if (!surfaces.push(*std::move(item))) return;
     }
   });
-  const QueueCloser end{surfaces};  // Ends the thread above even if an exception leaves this function.
+  // This ends the thread above even if an exception leaves this function.
+  const QueueCloser<SurfaceStream::Item> end{surfaces};
   std::int64_t done = 0;
   bool stopped = false;
   while (const auto item = stopped ? std::nullopt : surfaces.pop()) {
@@ -94,7 +95,7 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
     session_warning =
         std::async(std::launch::async, [&] { return folder->write_session(measured, [](const auto&) {}); });
   }
-  const QueueCloser end{measured};
+  const QueueCloser<std::function<void(Store&)>> end{measured};
   auto slam = std::make_unique<GelSlam>(config.slam, so_far, is_kept ? &measured : nullptr);
   const bool stopped = track_log(stream, *slam, so_far, timer, progress, stop_requested);
   measured.close();
