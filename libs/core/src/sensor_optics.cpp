@@ -45,8 +45,7 @@ void describe_optics(OptionVisitor& visit, SensorOptics& optics) {
   visit.number("lens_k1", optics.lens_k1, -kMaxK1, kMaxK1,
                "pixel radius = r (1 + k1 r²), in half picture widths; 0: no lens");
   visit.pair("lens_center_px", optics.lens_center_px, -1e4, 1e4, "principal point from the picture's center");
-  visit.number("pixel_aspect", optics.pixel_aspect, 1 / kMaxAspect, kMaxAspect,
-               "scale along x divided by scale along y");
+  visit.number("pixel_aspect", optics.pixel_aspect, 1 / kMaxAspect, kMaxAspect, "scale along x / along y");
   visit.number("camera_distance_mm", optics.camera_distance_mm, 0, 1e6,
                "behind the gel; at least 5, or 0: orthographic");
   visit.pair("gel_dome_per_mm", optics.gel_dome_per_mm, -1, 1, "a, b: the gel at rest is z = -(a x² + b y²)");

@@ -15,13 +15,12 @@ SimplifiedMesh simplify(const Mesh& full, double max_error_mm) {
   for (const Eigen::Vector3i& t : full.triangles)
     for (const int corner : t) corners.push_back(static_cast<unsigned>(corner));
   const float* const vertices = full.vertices_mm.front().data();
-  constexpr std::size_t kTargetCount = 0;  // Only the error limits the simplification.
   constexpr std::size_t kStride = sizeof(Eigen::Vector3f);
   const float scale_mm = meshopt_simplifyScale(vertices, full.vertices_mm.size(), kStride);
   std::vector<unsigned> remaining(corners.size());
   float relative_error = 0;
   remaining.resize(meshopt_simplify(remaining.data(), corners.data(), corners.size(), vertices,
-                                    full.vertices_mm.size(), kStride, kTargetCount,
+                                    full.vertices_mm.size(), kStride, /*target_index_count=*/0,
                                     static_cast<float>(max_error_mm) / scale_mm, meshopt_SimplifyLockBorder,
                                     &relative_error));
   if (remaining.empty()) return {full, 0.0};

@@ -87,8 +87,8 @@ Run reconstruct(const ReconstructRequest& request, ProgressSink& progress,
   SurfaceStream stream(request.input, config, timer);
   if (continued_run.empty()) so_far.parts = {part_of(config, log)};
   std::optional<GrowingRun> folder;
-  SessionQueue measured{
-      1};  // GelSlam adds items beyond this limit, so that tracking never waits for the disk.
+  // GelSlam adds items beyond the limit of this queue, so that tracking never waits for the disk.
+  SessionQueue measured{1};
   std::future<std::string> session_warning;
   if (is_kept) {
     folder = begin_run(wanted, config, so_far.next_frame());
